@@ -1,0 +1,199 @@
+//! The validated model, in the interaction form (1)-(4).
+#![expect(non_snake_case, reason = "the paper's symbols")]
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::diagnostic::{Place, Source};
+
+/// The network of subsystems the paper's Section II describes.
+///
+/// After this point: names are resolved, shapes agree, every number is finite, every constraint set contains 0 in
+/// its interior, and `j` is a neighbour of `i` exactly where `L[j]` of subsystem `i` is present and non-zero.
+#[derive(Debug, Clone)]
+pub struct Network {
+    pub name: String,
+    /// Sampling period in seconds.
+    pub sample_time: f64,
+    /// N of (33), at least 1.
+    pub horizon: usize,
+    pub reference: Reference,
+    pub wishes: Wishes,
+    pub subsystems: Vec<Subsystem>,
+    pub coupling_constraints: Vec<CouplingConstraint>,
+    /// The text the network was read from, for diagnostics of later stages.
+    pub source: Source,
+    pub places: NetworkPlaces,
+}
+
+/// The reference-output layer's tuning (6), (29).
+#[derive(Debug, Clone)]
+pub struct Reference {
+    /// Radius of the ball in (6), (30), in output units per step; `None`: the sizing program chooses.
+    pub epsilon: Option<f64>,
+    /// q of (6), (30).
+    pub norm: Norm,
+    /// gamma of (29), positive and below every eigenvalue of every T_i (32).
+    pub gamma: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Norm {
+    One,
+    Two,
+    Inf,
+}
+
+/// What the sizing program should favour; see [`crate::sizing`].
+#[derive(Debug, Clone)]
+pub struct Wishes {
+    /// Weight of the logarithm of each width of Y_i.
+    pub y_weight: f64,
+    /// Weight of the logarithm of each half-width of Delta_i^z: at the optimum, `reserve_weight` % of the volume of
+    /// Y are given for 1 % of reserve.
+    pub reserve_weight: f64,
+    /// Weight of the logarithm of the size of each terminal set Sigma_i.
+    pub terminal_weight: f64,
+    /// Weight of the logarithm of epsilon, where epsilon is free.
+    pub epsilon_weight: f64,
+    /// Ask for Y_i = -Y_i.
+    pub symmetric: bool,
+}
+
+/// Subsystem `i` of (1): x+ = A x + B u + E s, y = C x, z = Cz x + Dz u, s = sum over j of L[j] z_j.
+#[derive(Debug, Clone)]
+pub struct Subsystem {
+    pub name: String,
+    pub states: Vec<Signal>,
+    pub inputs: Vec<Signal>,
+    pub outputs: Vec<Signal>,
+    /// A_ii, n x n.
+    pub A: DMatrix<f64>,
+    /// B_ii, n x m.
+    pub B: DMatrix<f64>,
+    /// C_i, p x n, p <= m.
+    pub C: DMatrix<f64>,
+    /// E_i, n x (number of coupling inputs); may have no column.
+    pub E: DMatrix<f64>,
+    /// L_ij by neighbour j (index into `Network::subsystems`), (coupling inputs of i) x (coupling outputs of j).
+    pub L: BTreeMap<usize, DMatrix<f64>>,
+    /// C_zi, (coupling outputs) x n; may have no row.
+    pub Cz: DMatrix<f64>,
+    /// D_zi, (coupling outputs) x m.
+    pub Dz: DMatrix<f64>,
+    /// A name for each coupling output, in the user's names: `0.0165 h2 + 0.00013 v1`.
+    pub coupling_outputs: Vec<String>,
+    /// X_i, over the states.
+    pub X: NamedPolytope,
+    /// U_i, over the inputs.
+    pub U: NamedPolytope,
+    /// Q_i of (34), symmetric positive definite.
+    pub Q: DMatrix<f64>,
+    /// R_i of (34), symmetric positive definite.
+    pub R: DMatrix<f64>,
+    /// T_i of (29), symmetric, T_i > gamma I (32).
+    pub T: DMatrix<f64>,
+    pub gains: GainWishes,
+    /// Set-points Y_i must cover, per output: `Some((low, high))` in output units, low <= 0 <= high.
+    pub cover: Vec<Option<(f64, f64)>>,
+    /// Smallest half-width of Delta_i^z the user accepts, per coupling output.
+    pub reserve: Vec<f64>,
+    pub places: SubsystemPlaces,
+}
+
+/// A state, input or output as the user names it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Signal {
+    pub name: String,
+    /// From `"h1 [cm]"`.
+    pub unit: Option<String>,
+}
+
+/// {x : H x <= h}; `rows[k]` says what row k means to the user (`h1 <= 27.6 cm`). No row is infinite.
+#[derive(Debug, Clone)]
+pub struct NamedPolytope {
+    pub H: DMatrix<f64>,
+    pub h: DVector<f64>,
+    pub rows: Vec<String>,
+}
+
+/// Where K_i and calK_i come from: given matrices win over Riccati weights.
+#[derive(Debug, Clone)]
+pub struct GainWishes {
+    /// K_i, m x n, as the user states it: u = K x.
+    pub K: Option<DMatrix<f64>>,
+    /// [K_i^x K_i^e], m x (n + p).
+    pub calK: Option<DMatrix<f64>>,
+    /// State and input weight of the Riccati equation for K_i; default Q_i and R_i.
+    pub weights: (DMatrix<f64>, DMatrix<f64>),
+    /// Weight of (x, e), (n + p) square, and of u in the Riccati equation for calK_i; default diag(Q_i, 0.1 I), R_i.
+    pub reference_weights: (DMatrix<f64>, DMatrix<f64>),
+}
+
+/// Constraint (3): sum over j of H[j] y_j <= l, with H[j] y_j = Hz[j] z_j (4).
+#[derive(Debug, Clone)]
+pub struct CouplingConstraint {
+    pub name: String,
+    /// H_h^[j], a row of length p_j, by subsystem; only non-zero rows are present.
+    pub H: BTreeMap<usize, DVector<f64>>,
+    /// H_h^[j]z, a row over the coupling outputs of j.
+    pub Hz: BTreeMap<usize, DVector<f64>>,
+    /// l_h > 0.
+    pub l: f64,
+    pub place: Place,
+}
+
+/// Where the network-wide values stand in the file.
+#[derive(Debug, Clone, Default)]
+pub struct NetworkPlaces {
+    pub epsilon: Option<Place>,
+    pub horizon: Option<Place>,
+    pub sizing: Option<Place>,
+}
+
+/// Where the parts of one subsystem stand in the file. `header` is the name in `[subsystem.name]`; the others fall
+/// back to it where the file leaves the key out (use [`SubsystemPlaces::or_header`]).
+#[derive(Debug, Clone, Default)]
+pub struct SubsystemPlaces {
+    pub header: Place,
+    pub A: Option<Place>,
+    pub B: Option<Place>,
+    pub C: Option<Place>,
+    pub X: Option<Place>,
+    pub U: Option<Place>,
+    pub K: Option<Place>,
+    pub calK: Option<Place>,
+    pub weights: Option<Place>,
+    pub reference_weights: Option<Place>,
+    pub cover: Option<Place>,
+    pub reserve: Option<Place>,
+    /// The `from.<neighbour>` tables.
+    pub from: BTreeMap<usize, Place>,
+}
+
+impl SubsystemPlaces {
+    /// `place` where the file states it, else the subsystem's header.
+    pub fn or_header(&self, place: &Option<Place>) -> Place {
+        place.clone().unwrap_or_else(|| self.header.clone())
+    }
+}
+
+impl Subsystem {
+    /// n_i.
+    pub fn n(&self) -> usize {
+        self.A.nrows()
+    }
+    /// m_i.
+    pub fn m(&self) -> usize {
+        self.B.ncols()
+    }
+    /// p_i.
+    pub fn p(&self) -> usize {
+        self.C.nrows()
+    }
+    /// Number of coupling outputs.
+    pub fn nz(&self) -> usize {
+        self.Cz.nrows()
+    }
+}

@@ -1,0 +1,136 @@
+//! What the compiler bakes in. Every type here is plain data that an emitted file fills with numbers.
+//!
+//! Sizes, as constant parameters of one subsystem:
+//! `NX` states, `NU` inputs, `NY` outputs, `NZ` coupling outputs; `NI` imported coupling outputs (those of all
+//! neighbours, one after the other), `NJ` imported outputs (of all constraint neighbours, one after the other);
+//! `NC` coupling constraints; `N` horizon; `NV = NX + N NU` unknowns of the i-DPC problem, `NR` its rows, of which
+//! `NT` are tube rows, `NS` state rows and `NQ` input rows.
+#![expect(non_snake_case, reason = "the paper's symbols")]
+
+/// Model (1), (2) and gains of one subsystem.
+#[derive(Debug)]
+pub struct Model<const NX: usize, const NU: usize, const NY: usize, const NZ: usize, const NI: usize> {
+    /// A_ii.
+    pub A: [[f64; NX]; NX],
+    /// B_ii.
+    pub B: [[f64; NU]; NX],
+    /// C_i.
+    pub C: [[f64; NX]; NY],
+    /// C_zi.
+    pub Cz: [[f64; NX]; NZ],
+    /// D_zi.
+    pub Dz: [[f64; NU]; NZ],
+    /// E_i [L_ij ...]: what the imported coupling outputs do to the state.
+    pub EL: [[f64; NI]; NX],
+    /// K_i of (17).
+    pub K: [[f64; NX]; NU],
+    /// K_i^x of (7f).
+    pub Kx: [[f64; NX]; NU],
+    /// K_i^e of (7f).
+    pub Ke: [[f64; NY]; NU],
+    /// Componentwise hull of U_i; infinite where there is no bound. A fall-back input is clipped to it.
+    pub u_min: [f64; NU],
+    pub u_max: [f64; NU],
+}
+
+/// Row of the tightened coupling constraint (28) as this subsystem sees it.
+#[derive(Debug)]
+pub struct CouplingRow<const NY: usize, const NJ: usize> {
+    /// H_h^[i].
+    pub own: [f64; NY],
+    /// H_h^[j] of the others, over the imported outputs.
+    pub others: [f64; NJ],
+    /// The tightened limit of (26).
+    pub l_tilde: f64,
+    /// n_h, the number of subsystems in the constraint.
+    pub members: f64,
+}
+
+/// Reference-output layer (29)-(31) with (28) where it is an interval per output: one output, or T_i diagonal, Y_i a
+/// box, q = inf, and every coupling row on one output only.
+#[derive(Debug)]
+pub struct Clamp<const NY: usize, const NC: usize> {
+    /// t / (t + gamma) per output: the unconstrained optimum of (29) is y + weight (set-point - y).
+    pub weight: [f64; NY],
+    /// Epsilon of (30).
+    pub epsilon: f64,
+    /// Y_i.
+    pub y_min: [f64; NY],
+    pub y_max: [f64; NY],
+    /// Per coupling row: the output it acts on and its coefficient.
+    pub rows: [(usize, f64); NC],
+}
+
+/// Reference-output layer (29)-(31) with (28) in general: a least-distance problem in the eigenbasis of T_i.
+///
+/// With T_i + gamma I = U diag(d) U' and y = U r, (29) is: minimise sum d_k (r_k - c_k)^2. `NA` rows of Y_i, `NB`
+/// rows of the rate ball (none for q = 2, which is `ball`), `NC` coupling rows.
+#[derive(Debug)]
+pub struct Nearest<const NY: usize, const NA: usize, const NB: usize, const NC: usize> {
+    /// U, orthogonal; columns are the eigenvectors of T_i.
+    pub basis: [[f64; NY]; NY],
+    /// Eigenvalues of T_i, in the order of the columns of U.
+    pub weights: [f64; NY],
+    pub gamma: f64,
+    /// Y_i = {y : set y <= set_limit}.
+    pub set: [[f64; NY]; NA],
+    pub set_limit: [f64; NA],
+    /// Rate ball (30) for q = 1 and inf: rate (y - y_previous) <= epsilon.
+    pub rate: [[f64; NY]; NB],
+    pub epsilon: f64,
+    /// Whether (30) is the Euclidean ball (q = 2); `NB` is 0 then.
+    pub euclidean: bool,
+    /// H_h^[i] of (28).
+    pub coupling: [[f64; NY]; NC],
+}
+
+/// Row that acts on one stage of the prediction: its offset is `row . p_k` with p_k = xref_{t+k} or uref_{t+k}.
+#[derive(Debug)]
+pub struct StageRow<const NP: usize> {
+    /// k, 0 <= k < N.
+    pub stage: usize,
+    pub row: [f64; NP],
+}
+
+/// The i-DPC problem (33)-(36) as a least-distance problem.
+///
+/// In dx_k = xhat_k - xref_k, du_k = uhat_k - uref_k, v = (dx_0, du_0, ..., du_{N-1}), w = L' v with H = L L':
+///
+///     minimise 1/2 |w|^2   subject to   lower <= V w + offset <= upper
+///
+/// Rows of `V` have unit length and stand in the order tube rows (35a), state rows (35c), input rows (35d), then rows
+/// with no offset (35b), (36). `offset` is zero but for: tube row r, `tube[r] . e` with e = x_t - xref_t; state row
+/// r, `state[r].row . xref_{t+k}`; input row r, `input[r].row . uref_{t+k}`. An absent side is infinite.
+/// dx_0 = first NX entries of `T w`.
+#[derive(Debug)]
+pub struct DpcProblem<
+    const NX: usize,
+    const NU: usize,
+    const NV: usize,
+    const NR: usize,
+    const NT: usize,
+    const NS: usize,
+    const NQ: usize,
+> {
+    pub V: [[f64; NV]; NR],
+    pub lower: [f64; NR],
+    pub upper: [f64; NR],
+    pub tube: [[f64; NX]; NT],
+    pub state: [StageRow<NX>; NS],
+    pub input: [StageRow<NU>; NQ],
+    /// T = L^-T, upper triangular: v = T w.
+    pub T: [[f64; NV]; NV],
+    /// Working-set changes after which the shifted candidate (47) is used instead.
+    pub max_iterations: usize,
+}
+
+/// Where a neighbour's message goes in the inbox.
+#[derive(Debug, Clone, Copy)]
+pub struct Link<const NYJ: usize, const NZJ: usize> {
+    /// Which neighbour, counted from 0.
+    pub slot: usize,
+    /// First imported coupling output; `None` where only its outputs are needed.
+    pub z: Option<usize>,
+    /// First imported output; `None` where only its coupling outputs are needed.
+    pub y: Option<usize>,
+}
