@@ -162,18 +162,20 @@ impl<const NV: usize> Solver<NV> {
                 Some(violated) => Some((violated, self.enter(&violated, budget))),
             };
             match entered {
-                Some((_, Ok(()))) => exact = false,
+                Some((_, Ok(()))) => {
+                    exact = false;
+                    continue;
+                }
                 Some((_, Err(Stop::Budget))) => return Outcome::IterationLimit,
                 Some((violated, Err(Stop::Contradiction(proof)))) if exact => {
                     if !self.tolerate(&violated, &proof) {
                         return self.refute(violated, proof);
                     }
                 }
-                Some((_, Err(Stop::Contradiction(_)))) | None => {
-                    self.refresh();
-                    exact = true;
-                }
+                Some((_, Err(Stop::Contradiction(_)))) | None => (),
             }
+            self.refresh();
+            exact = true;
         }
     }
 
@@ -243,7 +245,6 @@ impl<const NV: usize> Solver<NV> {
     fn enter(&mut self, entry: &Halfspace<NV>, budget: usize) -> Result<(), Stop<NV>> {
         let mut multiplier = 0.0;
         while self.iterations < budget {
-            self.iterations += 1;
             let (combination, distance) = self.project(&entry.normal);
             let pivot = dot(&distance, &distance);
             let independent = pivot > DEPENDENT && self.len < NV;
@@ -252,10 +253,12 @@ impl<const NV: usize> Solver<NV> {
                 Some((at, partial)) if partial < full => {
                     self.advance(partial, &combination, &distance, independent);
                     multiplier += partial;
+                    self.iterations += 1;
                     self.remove(at);
                 }
                 _ if independent => {
                     self.advance(full, &combination, &distance, true);
+                    self.iterations += 1;
                     self.push(*entry, pivot, multiplier + full);
                     return Ok(());
                 }
