@@ -3,9 +3,34 @@
 //! Sizes, as constant parameters of one subsystem:
 //! `NX` states, `NU` inputs, `NY` outputs, `NZ` coupling outputs; `NI` imported coupling outputs (those of all
 //! neighbours, one after the other), `NJ` imported outputs (of all constraint neighbours, one after the other);
-//! `NC` coupling constraints; `N` horizon; `NV = NX + N NU` unknowns of the i-DPC problem, `NR` its rows, of which
+//! `NC` coupling constraints; `NB` neighbours; `N` horizon; `NV = NX + N NU` unknowns of the i-DPC problem, `NR` its rows, of which
 //! `NT` are tube rows, `NS` state rows and `NQ` input rows.
 #![expect(non_snake_case, reason = "the paper's symbols")]
+
+/// Everything one subsystem's controller is made of. `R` is its reference-output layer, [`Clamp`] or [`Nearest`].
+#[derive(Debug)]
+pub struct Tables<
+    R,
+    const NX: usize,
+    const NU: usize,
+    const NY: usize,
+    const NZ: usize,
+    const NI: usize,
+    const NJ: usize,
+    const NC: usize,
+    const NB: usize,
+    const N: usize,
+    const NV: usize,
+    const NR: usize,
+    const NT: usize,
+    const NS: usize,
+    const NQ: usize,
+> {
+    pub model: Model<NX, NU, NY, NZ, NI>,
+    pub coupling: [CouplingRow<NY, NJ>; NC],
+    pub reference: R,
+    pub problem: DpcProblem<NX, NU, NV, NR, NT, NS, NQ>,
+}
 
 /// Model (1), (2) and gains of one subsystem.
 #[derive(Debug)]
