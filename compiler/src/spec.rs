@@ -163,7 +163,7 @@ pub struct CouplingConstraint {
     pub max: At<f64>,
 }
 
-/// H_h^[j] of (3).
+/// `H_h^[j]` of (3).
 #[derive(Debug, Clone)]
 pub struct OutputRow {
     pub subsystem: At<String>,
