@@ -1,6 +1,6 @@
 //! The i-DPC problem (33)-(36) for the parameters of one step.
 
-use crate::linear::{add, dot, largest, shift_in, times};
+use crate::linear::{add, dot, finite, largest, shift_in, times};
 use crate::solver::{Row, Rows};
 use crate::tables::{DpcProblem, Model, StageRow};
 
@@ -81,6 +81,11 @@ impl<const NV: usize, const NR: usize> Instance<'_, NV, NR> {
         let rows = self.offset.iter().zip(self.lower).zip(self.upper);
         // Without a branch per row the comparisons are done several at a time.
         rows.fold(true, |rests, ((offset, lower), upper)| rests & (lower <= offset) & (offset <= upper))
+    }
+
+    /// Whether every offset is a finite number. A solver cannot be asked otherwise.
+    pub fn is_finite(&self) -> bool {
+        finite(&self.offset)
     }
 
     /// Whether `w` violates no row by more than `tolerance` times (the row's scale + the largest |w_k|).

@@ -1,11 +1,8 @@
 //! Does a controller do in every situation what its status says?
 
-mod pair;
-mod random;
-
+use crate::pair::{self, BOUND, OTHER, PARTNER, PairController, PairInbox, PairMessage, PairTables, RESERVE, TUBE};
+use crate::random::Random;
 use dpc_runtime::{Control, Delivery, Link, Message, References, Refused, StartError, SteadyState, Step};
-use pair::{BOUND, OTHER, PARTNER, PairController, PairInbox, PairMessage, PairTables, RESERVE, TUBE};
-use random::Random;
 
 const ORIGIN: SteadyState<1, 1> = SteadyState { x: [0.0], u: [0.0] };
 
@@ -104,8 +101,8 @@ fn keeps_what_theorem_1_promises() {
             [random.between(-1.0, 1.0), random.between(-1.0, 1.0)],
         );
         let mut goals = [0.0, 0.0];
-        for t in 0..600 {
-            if t % 150 == 0 {
+        for t in 0..1000 {
+            if t % 250 == 0 {
                 goals = [random.between(-3.0, 3.0), random.between(-3.0, 3.0)];
             }
             let x = run.x;
@@ -115,7 +112,7 @@ fn keeps_what_theorem_1_promises() {
                 optimised += usize::from(steps[i].status.control != Control::AtReference);
                 assert_within_bounds(x[i], &steps[i]);
             }
-            if t % 150 == 149 {
+            if t % 250 == 249 {
                 (0..2).for_each(|i| assert!((run.x[i] - goals[i].clamp(-2.0, 2.0)).abs() < 1e-6, "{:?}", run.x));
             }
         }
@@ -130,24 +127,20 @@ fn assert_within_bounds(x: f64, step: &PairStep) {
     assert!(x.abs() <= BOUND + slack && step.input[0].abs() <= BOUND + slack);
 }
 
-/// With a budget of one change per step the solver gives up now and then; the shifted candidate is feasible each time, and
-/// the constraints are kept.
+/// After one solution the budget is gone: from then on only the shifted candidate is left, whose constraints hold at every
+/// step, whatever the disturbances in W are.
 #[test]
 fn falls_back_on_a_feasible_candidate_when_the_budget_runs_out() {
-    let mut tables = pair::tables();
-    tables.problem.max_iterations = 1;
+    let tables = pair::tables();
     let mut random = Random::new(2);
     let mut candidates = 0;
     for _ in 0..200 {
         let mut solo = Solo::new(&tables);
-        let mut x = random.between(-0.5, 0.5);
-        for t in 0..40 {
+        let mut x = random.between(-1.0, 1.0);
+        for _ in 0..40 {
             let before = x;
             let step = solo.step(x, 0.0);
-            if step.status.control == Control::IterationLimit {
-                assert_eq!(t, 0, "{}", step.status);
-                break;
-            }
+            solo.controller.limit_iterations(0);
             candidates += usize::from(step.status.control == Control::Candidate);
             assert!(step.status.is_guaranteed(), "{}", step.status);
             assert_within_bounds(before, &step);
@@ -156,8 +149,7 @@ fn falls_back_on_a_feasible_candidate_when_the_budget_runs_out() {
             x = 0.9 * x + 0.1 * step.input[0] + 0.02 * z;
         }
     }
-    println!("{candidates} candidates");
-    assert!(candidates > 0);
+    assert!(candidates > 500, "only {candidates} candidates");
 }
 
 #[test]

@@ -1,4 +1,3 @@
-#![expect(non_snake_case, reason = "the paper's symbols")]
 //! Two equal subsystems, small enough to design by hand:
 //!
 //!     x+ = 0.9 x + 0.1 u + 0.02 z_j,   y = x,   z = x,   |x| <= 4,   |u| <= 4,   horizon 2.
