@@ -121,7 +121,9 @@ pub struct StageRow<const NP: usize> {
 ///
 /// In dx_k = xhat_k - xref_k, du_k = uhat_k - uref_k, v = (dx_0, du_0, ..., du_{N-1}), w = L' v with H = L L':
 ///
-///     minimise 1/2 |w|^2   subject to   lower <= V w + offset <= upper
+/// ```text
+/// minimise 1/2 |w|^2   subject to   lower <= V w + offset <= upper
+/// ```
 ///
 /// Rows of `V` have unit length and stand in the order tube rows (35a), state rows (35c), input rows (35d), then rows
 /// with no offset (35b), (36). `offset` is zero but for: tube row r, `tube[r] . e` with e = x_t - xref_t; state row
