@@ -61,9 +61,9 @@ pub struct Model<const NX: usize, const NU: usize, const NY: usize, const NZ: us
 /// Row of the tightened coupling constraint (28) as this subsystem sees it.
 #[derive(Debug, Clone)]
 pub struct CouplingRow<const NY: usize, const NJ: usize> {
-    /// H_h^[i].
+    /// `H_h^[i]`.
     pub own: [f64; NY],
-    /// H_h^[j] of the others, over the imported outputs.
+    /// `H_h^[j]` of the others, over the imported outputs.
     pub others: [f64; NJ],
     /// The tightened limit of (26).
     pub l_tilde: f64,
@@ -105,7 +105,7 @@ pub struct Nearest<const NY: usize, const NA: usize, const NB: usize, const NC: 
     pub epsilon: f64,
     /// Whether (30) is the Euclidean ball (q = 2); `NB` is 0 then.
     pub euclidean: bool,
-    /// H_h^[i] of (28).
+    /// `H_h^[i]` of (28).
     pub coupling: [[f64; NY]; NC],
 }
 

@@ -22,7 +22,12 @@ pub mod four_tank {
         inbox.accept(link, message)
     }
 
-    pub fn step(node: &mut Node<'_>, x: &[f64; 2], set_point: &[f64; 1], inbox: &mut Inbox<1, 0, 1>) -> Step<2, 1, 1, 1, 1> {
+    pub fn step(
+        node: &mut Node<'_>,
+        x: &[f64; 2],
+        set_point: &[f64; 1],
+        inbox: &mut Inbox<1, 0, 1>,
+    ) -> Step<2, 1, 1, 1, 1> {
         node.step(x, set_point, inbox)
     }
 }
@@ -44,7 +49,12 @@ pub mod robots {
         inbox.accept(link, message)
     }
 
-    pub fn step(node: &mut Node<'_>, x: &[f64; 4], set_point: &[f64; 2], inbox: &mut Inbox<4, 4, 2>) -> Step<4, 2, 2, 2, 2> {
+    pub fn step(
+        node: &mut Node<'_>,
+        x: &[f64; 4],
+        set_point: &[f64; 2],
+        inbox: &mut Inbox<4, 4, 2>,
+    ) -> Step<4, 2, 2, 2, 2> {
         node.step(x, set_point, inbox)
     }
 }
