@@ -1,11 +1,10 @@
 //! The first half of an emitted file: sizes, names, types and links.
 
-use proc_macro2::{Ident, Literal, TokenStream};
+use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};
 
 use super::names::{code, one_line};
 use super::node::{Neighbour, Node, labelled, labels};
-use super::tables::Value;
 use crate::design::Design;
 use crate::problems::ReferenceProblem;
 
@@ -35,7 +34,7 @@ fn source_file(design: &Design) -> String {
 
 /// The half, formatted, without the header.
 pub fn text(node: &Node, modules: &[String]) -> String {
-    let groups = [imports(node), sizes(node), names(node), types(node), links(node, modules), tables(node)];
+    let groups = [imports(node), sizes(node), names(node), types(node), links(node, modules), start()];
     let groups = groups.map(|tokens| formatted(tokens.into_iter().collect()));
     groups.into_iter().filter(|group| !group.is_empty()).collect::<Vec<_>>().join("\n")
 }
@@ -50,7 +49,8 @@ fn formatted(tokens: TokenStream) -> String {
 /// Only what the file names: an unused import would be a warning.
 fn imports(node: &Node) -> Vec<TokenStream> {
     let sizes = &node.sizes;
-    let mut names = vec!["Model", "CouplingRow", "DpcProblem", reference_type(node)];
+    let mut names = vec!["DpcProblem", "Model", "Tables", reference_type(node)];
+    names.extend((sizes.nc > 0).then_some("CouplingRow"));
     names.extend((!node.neighbours.is_empty()).then_some("Link"));
     names.extend((sizes.ns + sizes.nq > 0).then_some("StageRow"));
     names.sort_unstable();
@@ -116,7 +116,30 @@ fn constant(name: &str, doc: &str, ty: TokenStream, value: TokenStream) -> Token
 }
 
 fn types(node: &Node) -> Vec<TokenStream> {
-    Vec::new()
+    let alias = |name: &str, doc: &str, ty: TokenStream| {
+        let (name, doc) = (format_ident!("{name}"), format!(" {doc}"));
+        quote! { #[doc = #doc] pub type #name = #ty; }
+    };
+    vec![
+        alias("Reference", "Reference-output layer (28)-(31).", reference_parameters(node)),
+        alias(
+            "Parts",
+            "Type of [`TABLES`].",
+            quote!(Tables<Reference, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>),
+        ),
+        alias("Inbox", "Collects the neighbours' messages between two steps.", quote!(dpc_runtime::Inbox<NI, NJ, NB>)),
+        alias("Message", "What the neighbours hear, once per step.", quote!(dpc_runtime::Message<NY, NZ>)),
+    ]
+}
+
+fn reference_parameters(node: &Node) -> TokenStream {
+    match &node.problems().reference {
+        ReferenceProblem::Clamp { .. } => quote!(Clamp<NY, NC>),
+        ReferenceProblem::Nearest { set, rate, .. } => {
+            let [facets, rates] = [set.nrows(), rate.nrows()].map(Literal::usize_unsuffixed);
+            quote!(Nearest<NY, #facets, #rates, NC>)
+        }
+    }
 }
 
 fn links(node: &Node, modules: &[String]) -> Vec<TokenStream> {

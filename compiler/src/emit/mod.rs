@@ -28,6 +28,8 @@ use std::path::{Path, PathBuf};
 
 pub use disk::write_all;
 
+use nalgebra::DMatrix;
+
 use crate::design::Design;
 use crate::network::Network;
 use node::Node;
@@ -47,11 +49,17 @@ pub struct Emitted {
 
 impl Emitted {
     pub fn new(design: &Design) -> Self {
+        let steady = steady_states(design);
         let nodes: Vec<Node> = (0..design.network.subsystems.len()).map(|i| Node::new(design, i)).collect();
         let modules = names::module_names(design.network.subsystems.iter().map(|s| s.name.as_str()));
-        let mut files = vec![("mod.rs".to_owned(), network::file(design, &nodes, &modules))];
-        files.extend(nodes.iter().map(|node| (format!("{}.rs", modules[node.i]), subsystem_file(node, &modules))));
-        Self { files, table_bytes: nodes.iter().map(table_bytes).collect() }
+        let mut files = vec![("mod.rs".to_owned(), network::file(&nodes, &modules))];
+        let mut table_bytes = Vec::new();
+        for (node, module) in nodes.iter().zip(&modules) {
+            let tables = parts::all(node);
+            table_bytes.push(tables.bytes());
+            files.push((format!("{module}.rs"), subsystem_file(node, &modules, &tables, &steady)));
+        }
+        Self { files, table_bytes }
     }
 
     /// Path in `folder` and text of each file.
@@ -71,4 +79,20 @@ impl Emitted {
 /// The folder of a network's files: its name, fit for Rust. `four-tank` becomes `four_tank`.
 pub fn package_folder(network: &Network) -> String {
     names::module_name(&network.name)
+}
+
+/// Code first, tables after.
+fn subsystem_file(node: &Node, modules: &[String], tables: &Value, steady: &DMatrix<f64>) -> String {
+    let model = node.model();
+    let what = format!("Controller of subsystem `{}` of network `{}`", model.name, node.design.network.name);
+    let doc = "All that the controller of this subsystem is made of; each part says what it is.";
+    let mut sections = vec![code::header(node.design, &what), code::text(node, modules)];
+    sections.push(item(doc, "TABLES", "Parts", tables));
+    sections.extend(monitors::items(node, steady));
+    sections.join("\n")
+}
+
+/// The map from the outputs of the network to chi at rest, (9).
+fn steady_states(design: &Design) -> DMatrix<f64> {
+    design.gains.steady().unwrap_or_else(|| unreachable!("calF has no eigenvalue 1: Gains proved it Schur"))
 }

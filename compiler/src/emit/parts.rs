@@ -8,8 +8,29 @@ use super::tables::{Field, Value};
 use crate::network::CouplingConstraint;
 use crate::problems::{DpcProblem, ReferenceProblem, Row, RowKind};
 
+/// `dpc_runtime::tables::Tables`.
+pub fn all(node: &Node) -> Value {
+    Value::Struct(
+        "Tables",
+        vec![
+            Field::new("model", "Model (1), (2) and gains.", model(node)),
+            Field::new(
+                "coupling",
+                format!("(28): H_h^[i], then H_h^[j] over {}; l~_h of (26); members", list(&node.imported_y())),
+                coupling(node),
+            ),
+            Field::new("reference", "Reference outputs (29)-(31).", reference(node)),
+            Field::new("problem", "i-DPC problem (33)-(36), lower <= V w + offset <= upper.", dpc(node)),
+        ],
+    )
+}
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
+}
+
 /// `dpc_runtime::tables::Model`.
-pub fn model(node: &Node) -> Value {
+fn model(node: &Node) -> Value {
     let (model, gains) = (node.model(), node.gains());
     let (x, u, y) = (labels(&model.states), labels(&model.inputs), labels(&model.outputs));
     let z = &model.coupling_outputs;
@@ -40,7 +61,7 @@ pub fn model(node: &Node) -> Value {
 }
 
 /// `[dpc_runtime::tables::CouplingRow; NC]`.
-pub fn coupling(node: &Node) -> Value {
+fn coupling(node: &Node) -> Value {
     let row = |&h: &usize| (coupling_row(node, h), node.constraint(h).name.clone());
     Value::List(node.constraints.iter().map(row).collect())
 }
@@ -71,7 +92,7 @@ fn others_row(node: &Node, constraint: &CouplingConstraint) -> Vec<f64> {
 }
 
 /// `dpc_runtime::tables::Clamp` or `Nearest`.
-pub fn reference(node: &Node) -> Value {
+fn reference(node: &Node) -> Value {
     let epsilon = Field::new("epsilon", "Epsilon of (30), per step", Value::Number(node.design.sizing.epsilon));
     let y = labels(&node.model().outputs);
     match &node.problems().reference {
@@ -107,7 +128,7 @@ pub fn reference(node: &Node) -> Value {
 }
 
 /// `dpc_runtime::tables::DpcProblem`.
-pub fn dpc(node: &Node) -> Value {
+fn dpc(node: &Node) -> Value {
     let dpc = &node.problems().dpc;
     let names: Vec<String> = dpc.rows.iter().map(|row| row.name.clone()).collect();
     let tube = offsets(dpc, |kind, offset| (kind == RowKind::Tube).then(|| Value::row(offset)));
