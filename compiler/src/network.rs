@@ -20,6 +20,8 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
+/// q of (6), (30).
+pub use crate::convex::RateNorm as Norm;
 use crate::diagnostic::{Diagnostics, Place, Source};
 use crate::spec::{self, Spec};
 use form::Form;
@@ -58,13 +60,6 @@ pub struct Reference {
     pub gamma: f64,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Norm {
-    One,
-    Two,
-    Inf,
-}
-
 /// What the sizing program should favour; see [`crate::sizing`].
 #[derive(Debug, Clone)]
 pub struct Wishes {
@@ -77,6 +72,8 @@ pub struct Wishes {
     pub terminal_weight: f64,
     /// Weight of the logarithm of epsilon, where epsilon is free.
     pub epsilon_weight: f64,
+    /// How much support in a needed direction a facet of E_i or Sigma_i must be worth, relative.
+    pub facet_loss: f64,
     /// Ask for Y_i = -Y_i.
     pub symmetric: bool,
 }

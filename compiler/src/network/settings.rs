@@ -57,11 +57,13 @@ fn wishes(spec: &Spec, errors: &mut Diagnostics) -> Option<Wishes> {
     let reserve_weight = weight("`reserve-weight`", &given.reserve_weight, 0.1);
     let terminal_weight = weight("`terminal-weight`", &given.terminal_weight, 0.05);
     let epsilon_weight = weight("`epsilon-weight`", &given.epsilon_weight, 0.5);
+    let facet_loss = weight("`facet-loss`", &given.facet_loss, 0.01);
     Some(Wishes {
         y_weight: y_weight?,
         reserve_weight: reserve_weight?,
         terminal_weight: terminal_weight?,
         epsilon_weight: epsilon_weight?,
+        facet_loss: facet_loss?,
         symmetric: given.symmetric.unwrap_or(false),
     })
 }
@@ -71,7 +73,7 @@ fn positive(key: &str, given: &At<f64>, unit: &str, errors: &mut Diagnostics) ->
 }
 
 fn not_negative(key: &str, given: &At<f64>, errors: &mut Diagnostics) -> Option<f64> {
-    in_range(key, given, given.value >= 0.0, "a weight of 0 or more", errors)
+    in_range(key, given, given.value >= 0.0, "0 or more", errors)
 }
 
 fn in_range(key: &str, given: &At<f64>, fits: bool, expected: &str, errors: &mut Diagnostics) -> Option<f64> {
