@@ -42,7 +42,7 @@ impl Design {
         done("Sets");
         let sizing = Sizing::new(&network, &gains, &sets)?;
         done("Sizing");
-        let problems = Problems::new(&network, &gains, &sets, &sizing)?;
+        let problems = Problems::new(&network, &gains, &sizing)?;
         done("Problems");
         Ok(Self { network, gains, sets, sizing, problems })
     }
