@@ -151,7 +151,8 @@ fn assert_drawn(errors: &Diagnostics, text: &str) {
         }
     }
     let source = Source { path: "x.toml".into(), text: text.into() };
-    assert!(errors.0.iter().all(|error| errors.render(&source, false).contains(error.code)), "{text}");
+    let drawn = errors.render(&source, false);
+    assert!(errors.0.iter().all(|error| drawn.contains(error.code)), "{text}");
 }
 
 /// One to three tokens, or lines, or numbers among numbers, deleted, doubled, swapped, or replaced.

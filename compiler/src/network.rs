@@ -78,7 +78,7 @@ pub struct Wishes {
     pub symmetric: bool,
 }
 
-/// Subsystem `i` of (1): x+ = A x + B u + E s, y = C x, z = Cz x + Dz u, s = sum over j of L[j] z_j.
+/// Subsystem `i` of (1): `x+ = A x + B u + E s, y = C x, z = Cz x + Dz u, s = sum over j of L[j] z_j`.
 #[derive(Debug, Clone)]
 pub struct Subsystem {
     pub name: String,
@@ -114,6 +114,8 @@ pub struct Subsystem {
     pub gains: GainWishes,
     /// Set-points Y_i must cover, per output: `Some((low, high))` in output units, low <= 0 <= high.
     pub cover: Vec<Option<(f64, f64)>>,
+    /// How much the width of Y_i in each output is worth, besides [`Wishes::y_weight`].
+    pub y_weights: Vec<f64>,
     /// Smallest half-width of Delta_i^z the user accepts, per coupling output.
     pub reserve: Vec<f64>,
     pub places: SubsystemPlaces,
@@ -148,13 +150,13 @@ pub struct GainWishes {
     pub reference_weights: (DMatrix<f64>, DMatrix<f64>),
 }
 
-/// Constraint (3): sum over j of H[j] y_j <= l, with H[j] y_j = Hz[j] z_j (4).
+/// Constraint (3): `sum over j of H[j] y_j <= l`, with `H[j] y_j = Hz[j] z_j` (4).
 #[derive(Debug, Clone)]
 pub struct CouplingConstraint {
     pub name: String,
-    /// H_h^[j], a row of length p_j, by subsystem; only non-zero rows are present.
+    /// `H_h^[j]`, a row of length p_j, by subsystem; only non-zero rows are present.
     pub H: BTreeMap<usize, DVector<f64>>,
-    /// H_h^[j]z, a row over the coupling outputs of j.
+    /// `H_h^[j]z`, a row over the coupling outputs of j.
     pub Hz: BTreeMap<usize, DVector<f64>>,
     /// l_h > 0.
     pub l: f64,
@@ -254,6 +256,7 @@ fn subsystem(
     let gains = weights.as_ref().and_then(|weights| tuning::gains(given, member, weights, errors));
     let cover = X.as_ref().and_then(|X| tuning::cover(&given.cover, member, &model.C, X, errors));
     let reserve = tuning::reserve(&given.reserve, member, &coupling_outputs, errors);
+    let y_weights = tuning::y_weights(&given.y_weight, member, errors);
     let (Model { A, B, C, E, L, Cz, Dz }, weights) = (model.clone(), weights?);
     Some(Subsystem {
         name: member.name.clone(),
@@ -276,6 +279,7 @@ fn subsystem(
         gains: gains?,
         cover: cover?,
         reserve: reserve?,
+        y_weights: y_weights?,
         places: SubsystemPlaces::of(given, spec, roster),
     })
 }

@@ -102,6 +102,7 @@ pub struct Subsystem {
     pub cover: Vec<Cover>,
     pub cover_place: Option<Place>,
     pub reserve: Option<PerSignal>,
+    pub y_weight: Option<PerSignal>,
     pub from: Vec<Import>,
 }
 
@@ -163,7 +164,7 @@ pub struct CouplingConstraint {
     pub max: At<f64>,
 }
 
-/// H_h^[j] of (3).
+/// `H_h^[j]` of (3).
 #[derive(Debug, Clone)]
 pub struct OutputRow {
     pub subsystem: At<String>,

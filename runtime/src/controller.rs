@@ -48,6 +48,7 @@ pub struct Controller<
     /// The last solution, shifted to the present: the candidate (47).
     plan: Plan<NX, NU, N>,
     working_set: WorkingSet<NV>,
+    max_iterations: usize,
     degraded: bool,
 }
 
@@ -142,8 +143,15 @@ impl<
             return Err(StartError::InputOutside { input });
         }
         let trajectory = Trajectory::constant(point, steady.error_sum(model)?);
-        let controller =
-            Self { tables, step: 0, trajectory, plan: Plan::REST, working_set: WorkingSet::EMPTY, degraded: false };
+        let controller = Self {
+            tables,
+            step: 0,
+            trajectory,
+            plan: Plan::REST,
+            working_set: WorkingSet::EMPTY,
+            max_iterations: tables.problem.max_iterations,
+            degraded: false,
+        };
         let message = controller.message(-1);
         Ok((controller, message))
     }
@@ -211,6 +219,13 @@ impl<
         self.degraded
     }
 
+    /// Replaces the iteration budget of the tables and forgets the warm start: for a node that has less time, or, with 0,
+    /// to see the shifted candidate at work.
+    pub fn limit_iterations(&mut self, max_iterations: usize) {
+        self.max_iterations = max_iterations;
+        self.working_set = WorkingSet::EMPTY;
+    }
+
     /// Solves the i-DPC problem and plans its solution, or keeps the shifted candidate and says why.
     fn control(&mut self, e: &[f64; NX]) -> Control {
         let problem = &self.tables.problem;
@@ -220,8 +235,11 @@ impl<
             self.working_set = WorkingSet::EMPTY;
             return Control::AtReference;
         }
+        if !instance.is_finite() {
+            return Control::NotFinite;
+        }
         let mut solver = Solver::NEW;
-        match solver.solve(&instance, &self.working_set, problem.max_iterations) {
+        match solver.solve(&instance, &self.working_set, self.max_iterations) {
             Outcome::Optimal { iterations } => {
                 self.plan = problem.plan(solver.w());
                 self.working_set = solver.working_set();

@@ -17,6 +17,9 @@ const HORIZON: f64 = 1e6;
 /// Working-set changes of the tiny problems of [`Nearest`], per row.
 const CHANGES_PER_ROW: usize = 10;
 
+/// Rounds of projection that remove what the solver's tolerance left: each makes it smaller by the cosine between rows.
+const TRIMS: usize = 4;
+
 /// Chooses yref_{t+N}.
 pub trait ReferenceLayer<const NY: usize, const NC: usize> {
     /// The next reference output: nearest to the (finite) `set_point`, within the rate of (30) around `previous`, in
@@ -75,7 +78,7 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Referen
         if self.euclidean && length(&step) > self.epsilon {
             step = self.on_ball(&room, &wish)?;
         }
-        let next = add(previous, &self.shortened(&room, step));
+        let next = add(previous, &self.trimmed(&room, step));
         finite(&next).then_some(next)
     }
 
@@ -216,23 +219,27 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Nearest
         Some(inside)
     }
 
-    /// The part of the step that leaves no limit by more than rounding, whatever the solver's tolerance.
-    fn shortened(&self, room: &Room<NA, NB, NC>, step: [f64; NY]) -> [f64; NY] {
-        let mut part = 1.0_f64;
-        let set = self.set.iter().zip(&room.set);
-        let rate = self.rate.iter().zip(&room.rate);
-        let coupling = self.coupling.iter().zip(&room.coupling);
-        for (row, room) in set.chain(rate).chain(coupling) {
-            let way = dot(row, &step);
-            if way > *room {
-                part = part.min(room / way);
-            }
+    /// The step without what exceeds a limit by the solver's tolerance: projected onto the rows it exceeds.
+    fn trimmed(&self, room: &Room<NA, NB, NC>, step: [f64; NY]) -> [f64; NY] {
+        let mut step = step;
+        for _ in 0..TRIMS {
+            trim(&self.set, &room.set, &mut step);
+            trim(&self.rate, &room.rate, &mut step);
+            trim(&self.coupling, &room.coupling, &mut step);
         }
+        // Shrinking keeps every row: not moving satisfies all of them.
         let length = sqrt(dot(&step, &step));
-        if self.euclidean && length > self.epsilon {
-            part = part.min(self.epsilon / length);
-        }
+        let part = if self.euclidean && length > self.epsilon { self.epsilon / length } else { 1.0 };
         step.map(|entry| part * entry)
+    }
+}
+
+fn trim<const NY: usize, const COUNT: usize>(rows: &[[f64; NY]; COUNT], room: &[f64; COUNT], step: &mut [f64; NY]) {
+    for (row, room) in rows.iter().zip(room) {
+        let excess = dot(row, step) - room;
+        if excess > 0.0 {
+            add_scaled(step, -excess / dot(row, row), row);
+        }
     }
 }
 

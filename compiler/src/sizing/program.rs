@@ -154,8 +154,8 @@ impl Program {
     /// (18) and (21), (22): E_i is invariant under what Z_j let in, and fits into Z_i with Delta_i^z.
     fn tube(&mut self, context: &Context, i: usize) {
         let (s, sets) = (&context.network.subsystems[i], &context.sets.subsystems[i]);
-        let floor = floor_support(&sets.tube_normals, &sets.floor);
-        let imports: Vec<_> = s.L.keys().map(|&j| (j, import_gain(&sets.tube_normals, s, j))).collect();
+        let floor = floor_support(&sets.tube.normals, &sets.floor);
+        let imports: Vec<_> = s.L.keys().map(|&j| (j, import_gain(&sets.tube.normals, s, j))).collect();
         let v = self.variables[i].clone();
         for (r, proof) in self.proofs[i].tube.clone().iter().enumerate() {
             let mut terms = vec![(v.q.start + r, 1.0)];
@@ -313,9 +313,9 @@ impl Program {
 
     fn wishes(&mut self, context: &Context) {
         let wishes = &context.network.wishes;
-        for v in self.variables.clone() {
-            for (max, min) in v.y_max.zip(v.y_min) {
-                self.log(wishes.y_weight, [(max, 1.0), (min, 1.0)]);
+        for (v, s) in self.variables.clone().into_iter().zip(&context.network.subsystems) {
+            for ((max, min), weight) in v.y_max.zip(v.y_min).zip(&s.y_weights) {
+                self.log(wishes.y_weight * weight, [(max, 1.0), (min, 1.0)]);
             }
             v.dz.for_each(|dz| self.log(wishes.reserve_weight, [(dz, 1.0)]));
             v.upset.for_each(|upset| self.log(wishes.terminal_weight, [(upset, 1.0)]));

@@ -1,4 +1,3 @@
-#![expect(non_snake_case, reason = "the paper's symbols")]
 //! Two equal subsystems, small enough to design by hand:
 //!
 //!     x+ = 0.9 x + 0.1 u + 0.02 z_j,   y = x,   z = x,   |x| <= 4,   |u| <= 4,   horizon 2.
@@ -109,6 +108,7 @@ fn cholesky(H: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
 }
 
 /// T with L' T = I, by substitution from the last row up.
+#[expect(clippy::needless_range_loop, reason = "substitution reads better with its indices")]
 fn inverse_transpose(L: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
     let mut T = [[0.0; 3]; 3];
     for column in 0..3 {

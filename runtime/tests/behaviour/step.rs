@@ -1,11 +1,11 @@
 //! Does a controller do in every situation what its status says?
 
-mod pair;
-mod random;
-
-use dpc_runtime::{Control, Delivery, Link, Message, References, Refused, StartError, SteadyState, Step};
-use pair::{BOUND, OTHER, PARTNER, PairController, PairInbox, PairMessage, PairTables, RESERVE, TUBE};
-use random::Random;
+use crate::pair::{self, BOUND, OTHER, PARTNER, PairController, PairInbox, PairMessage, PairTables, RESERVE, TUBE};
+use crate::random::Random;
+use dpc_runtime::{
+    Control, Controller, Delivery, Link, Message, ReferenceLayer, References, Refused, StartError, SteadyState, Step,
+    Tables,
+};
 
 const ORIGIN: SteadyState<1, 1> = SteadyState { x: [0.0], u: [0.0] };
 
@@ -104,8 +104,8 @@ fn keeps_what_theorem_1_promises() {
             [random.between(-1.0, 1.0), random.between(-1.0, 1.0)],
         );
         let mut goals = [0.0, 0.0];
-        for t in 0..600 {
-            if t % 150 == 0 {
+        for t in 0..1000 {
+            if t % 250 == 0 {
                 goals = [random.between(-3.0, 3.0), random.between(-3.0, 3.0)];
             }
             let x = run.x;
@@ -115,7 +115,7 @@ fn keeps_what_theorem_1_promises() {
                 optimised += usize::from(steps[i].status.control != Control::AtReference);
                 assert_within_bounds(x[i], &steps[i]);
             }
-            if t % 150 == 149 {
+            if t % 250 == 249 {
                 (0..2).for_each(|i| assert!((run.x[i] - goals[i].clamp(-2.0, 2.0)).abs() < 1e-6, "{:?}", run.x));
             }
         }
@@ -130,24 +130,20 @@ fn assert_within_bounds(x: f64, step: &PairStep) {
     assert!(x.abs() <= BOUND + slack && step.input[0].abs() <= BOUND + slack);
 }
 
-/// With a budget of one change per step the solver gives up now and then; the shifted candidate is feasible each time, and
-/// the constraints are kept.
+/// After one solution the budget is gone: from then on only the shifted candidate is left, whose constraints hold at every
+/// step, whatever the disturbances in W are.
 #[test]
 fn falls_back_on_a_feasible_candidate_when_the_budget_runs_out() {
-    let mut tables = pair::tables();
-    tables.problem.max_iterations = 1;
+    let tables = pair::tables();
     let mut random = Random::new(2);
     let mut candidates = 0;
     for _ in 0..200 {
         let mut solo = Solo::new(&tables);
-        let mut x = random.between(-0.5, 0.5);
-        for t in 0..40 {
+        let mut x = random.between(-1.0, 1.0);
+        for _ in 0..40 {
             let before = x;
             let step = solo.step(x, 0.0);
-            if step.status.control == Control::IterationLimit {
-                assert_eq!(t, 0, "{}", step.status);
-                break;
-            }
+            solo.controller.limit_iterations(0);
             candidates += usize::from(step.status.control == Control::Candidate);
             assert!(step.status.is_guaranteed(), "{}", step.status);
             assert_within_bounds(before, &step);
@@ -156,8 +152,7 @@ fn falls_back_on_a_feasible_candidate_when_the_budget_runs_out() {
             x = 0.9 * x + 0.1 * step.input[0] + 0.02 * z;
         }
     }
-    println!("{candidates} candidates");
-    assert!(candidates > 0);
+    assert!(candidates > 500, "only {candidates} candidates");
 }
 
 #[test]
@@ -365,4 +360,45 @@ fn shares_coupling_constraints() {
 /// A state on the reference: what the first half of a step would show.
 fn on_reference(controller: &PairController<'_, 1, 1>) -> [f64; 1] {
     controller.clone().input(&[0.0]).telemetry.x_ref
+}
+
+/// A layer that never finds an answer.
+struct Speechless;
+
+impl ReferenceLayer<1, 0> for Speechless {
+    fn next(&self, _: &[f64; 1], _: &[f64; 1], _: &[f64; 0]) -> Option<[f64; 1]> {
+        None
+    }
+
+    fn contains(&self, _: &[f64; 1]) -> bool {
+        true
+    }
+}
+
+#[test]
+fn keeps_the_reference_when_the_layer_has_no_answer() {
+    let Tables { model, coupling, problem, .. } = pair::tables();
+    let tables: Tables<Speechless, 1, 1, 1, 1, 1, 0, 0, 1, 2, 3, 8, 1, 2, 2> =
+        Tables { model, coupling, reference: Speechless, problem };
+    let (mut controller, sent) = Controller::start(&tables, &steady(1.0, 0.0)).unwrap();
+    let mut inbox = PairInbox::new();
+    inbox.accept(&OTHER, &Message { step: -1, y_ref: [0.0], z_ref: [0.0] }).unwrap();
+    let step = controller.step(&[1.0], &[0.0], &mut inbox);
+    assert_eq!((step.status.references, step.message.y_ref), (References::Kept, sent.y_ref));
+    assert!(step.status.is_guaranteed());
+}
+
+/// An inbox that is made anew while the controller runs misses one period and is in step again.
+#[test]
+fn inbox_falls_into_step_again() {
+    let tables = pair::tables();
+    let mut solo = Solo::new(&tables);
+    (0..5).for_each(|_| assert!(solo.step(0.0, 0.0).status.is_guaranteed()));
+    solo.inbox = PairInbox::new();
+    let step = solo.controller.step(&[0.0], &[0.0], &mut solo.inbox);
+    assert_eq!(step.status.deliveries, [Delivery::OutOfSequence(-1)]);
+    assert_eq!(solo.inbox.expected(), 5);
+    let step = solo.step(0.0, 0.0);
+    assert_eq!(step.status.deliveries, [Delivery::InSequence]);
+    assert!(step.status.degraded);
 }

@@ -1,0 +1,217 @@
+//! The first half of an emitted file: sizes, names, types and links.
+
+use proc_macro2::{Literal, TokenStream};
+use quote::{ToTokens, format_ident, quote};
+
+use super::names::{code, one_line};
+use super::node::{Neighbour, Node, labelled, labels};
+use crate::design::Design;
+use crate::problems::ReferenceProblem;
+
+/// Version of the runtime whose tables the emitted files fill: major, minor.
+const RUNTIME: (u32, u32) = (0, 1);
+
+/// `//` lines: what made the file, out of which file, how to make it again. An inner doc comment could not be included.
+pub fn header(design: &Design, what: &str) -> String {
+    let (file, folder) = (source_file(design), super::package_folder(&design.network));
+    let (major, minor) = RUNTIME;
+    format!(
+        "// {}.\n\
+         //\n\
+         // Written by dpc-codegen {} from {file}; do not edit. To make it again:\n\
+         //\n\
+         //     dpc-codegen {file} --out {folder}\n\
+         //\n\
+         // Fits dpc-runtime {major}.{minor}. Numbers are in the units of {file}, as deviations from its operating point.\n",
+        one_line(what),
+        env!("CARGO_PKG_VERSION"),
+    )
+}
+
+/// Name of the file the network was read from, without its folders: these differ between machines.
+fn source_file(design: &Design) -> String {
+    let path = &design.network.source.path;
+    one_line(path.rsplit(['/', '\\']).next().unwrap_or(path))
+}
+
+/// The half, formatted, without the header.
+pub fn text(node: &Node, modules: &[String]) -> String {
+    let groups = [
+        formatted(imports(node)),
+        formatted(vec![version()]),
+        formatted(sizes(node)),
+        formatted(names(node)),
+        types(node),
+        formatted(links(node, modules)),
+        start().map(|item| formatted(vec![item])).join("\n"),
+    ];
+    groups.into_iter().filter(|group| !group.is_empty()).collect::<Vec<_>>().join("\n")
+}
+
+/// What is made here is a list of items; a mistake in it is one of this module, found by its first test.
+fn formatted(items: Vec<TokenStream>) -> String {
+    let tokens: TokenStream = items.into_iter().collect();
+    let text = tokens.to_string();
+    let file = syn::parse2(tokens).unwrap_or_else(|error| unreachable!("{error} in {text}"));
+    prettyplease::unparse(&file)
+}
+
+/// Only what the file names: an unused import would be a warning.
+fn imports(node: &Node) -> Vec<TokenStream> {
+    let sizes = &node.sizes;
+    let mut names = vec!["DpcProblem", "Model", "Tables", reference_type(node)];
+    names.extend((sizes.nc > 0).then_some("CouplingRow"));
+    names.extend((!node.neighbours.is_empty()).then_some("Link"));
+    names.extend((sizes.ns + sizes.nq > 0).then_some("StageRow"));
+    names.sort_unstable();
+    let names = names.iter().map(|name| format_ident!("{name}"));
+    vec![
+        quote! { use dpc_runtime::StartError; },
+        quote! { use dpc_runtime::linear::times; },
+        quote! { use dpc_runtime::tables::{#(#names),*}; },
+    ]
+}
+
+fn version() -> TokenStream {
+    let (major, minor) = RUNTIME;
+    let message = format!("made for dpc-runtime {major}.{minor}");
+    let (major, minor) = (Literal::u32_unsuffixed(major), Literal::u32_unsuffixed(minor));
+    quote! { const _: () = assert!(dpc_runtime::fits(#major, #minor), #message); }
+}
+
+fn reference_type(node: &Node) -> &'static str {
+    match node.problems().reference {
+        ReferenceProblem::Clamp { .. } => "Clamp",
+        ReferenceProblem::Nearest { .. } => "Nearest",
+    }
+}
+
+fn sizes(node: &Node) -> Vec<TokenStream> {
+    let sizes = &node.sizes;
+    let all = [
+        ("NX", "States.", sizes.nx),
+        ("NU", "Inputs.", sizes.nu),
+        ("NY", "Outputs.", sizes.ny),
+        ("NZ", "Coupling outputs.", sizes.nz),
+        ("NB", "Neighbours that this subsystem hears.", node.neighbours.len()),
+        ("NI", "Imported coupling outputs.", sizes.ni),
+        ("NJ", "Imported outputs, for coupling constraints.", sizes.nj),
+        ("NC", "Coupling constraints on this subsystem.", sizes.nc),
+        ("N", "Horizon, in steps.", sizes.n),
+        ("NV", "Unknowns of the i-DPC problem.", sizes.nv),
+        ("NR", "Rows of the i-DPC problem, of which:", sizes.nr),
+        ("NT", "tube rows (35a),", sizes.nt),
+        ("NS", "state rows (35c),", sizes.ns),
+        ("NQ", "input rows (35d).", sizes.nq),
+        ("NETWORK_NY", "Outputs of the whole network.", node.design.gains.calG.ncols()),
+    ];
+    all.map(|(name, doc, value)| constant(name, doc, quote!(usize), Literal::usize_unsuffixed(value))).into()
+}
+
+fn names(node: &Node) -> Vec<TokenStream> {
+    let model = node.model();
+    let sample_time = Literal::f64_unsuffixed(node.design.network.sample_time);
+    let list = |name, doc, size, names: Vec<String>| {
+        let size = format_ident!("{size}");
+        constant(name, doc, quote!([&str; #size]), quote!([#(#names),*]))
+    };
+    vec![
+        constant("SAMPLE_TIME", "Seconds per step.", quote!(f64), sample_time),
+        constant("NAME", "As the user wrote it.", quote!(&str), Literal::string(&model.name)),
+        list("STATES", "Names of the states, with units.", "NX", labels(&model.states)),
+        list("INPUTS", "Names of the inputs, with units.", "NU", labels(&model.inputs)),
+        list("OUTPUTS", "Names of the outputs, with units.", "NY", labels(&model.outputs)),
+        list("COUPLING_OUTPUTS", "What the neighbours hear.", "NZ", model.coupling_outputs.clone()),
+    ]
+}
+
+fn constant(name: &str, doc: &str, ty: TokenStream, value: impl ToTokens) -> TokenStream {
+    let (name, doc) = (format_ident!("{name}"), format!(" {doc}"));
+    quote! { #[doc = #doc] pub const #name: #ty = #value; }
+}
+
+/// Written out, since one parameter per line would take a screen.
+fn types(node: &Node) -> String {
+    format!(
+        "/// Reference-output layer (28)-(31).\n\
+         pub type Reference = {};\n\
+         /// Type of [`TABLES`].\n\
+         pub type Parts = Tables<Reference, {PARAMETERS}>;\n\
+         /// What this node remembers from step to step.\n\
+         pub type Controller = dpc_runtime::Controller<'static, Reference, {PARAMETERS}>;\n\
+         /// Collects the neighbours' messages between two steps.\n\
+         pub type Inbox = dpc_runtime::Inbox<NI, NJ, NB>;\n\
+         /// What the neighbours hear, once per step.\n\
+         pub type Message = dpc_runtime::Message<NY, NZ>;\n\
+         /// What a step gives.\n\
+         pub type Step = dpc_runtime::Step<NX, NU, NY, NZ, NB>;\n\
+         /// A state and an input to start from.\n\
+         pub type SteadyState = dpc_runtime::SteadyState<NX, NU>;\n",
+        reference_parameters(node)
+    )
+}
+
+/// Of `dpc_runtime::Tables` and `dpc_runtime::Controller`, after the reference layer.
+const PARAMETERS: &str = "NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ";
+
+fn reference_parameters(node: &Node) -> String {
+    match &node.problems().reference {
+        ReferenceProblem::Clamp { .. } => "Clamp<NY, NC>".to_owned(),
+        ReferenceProblem::Nearest { set, rate, .. } => format!("Nearest<NY, {}, {}, NC>", set.nrows(), rate.nrows()),
+    }
+}
+
+fn links(node: &Node, modules: &[String]) -> Vec<TokenStream> {
+    node.neighbours
+        .iter()
+        .enumerate()
+        .map(|(slot, neighbour)| link(node, slot, neighbour, &modules[neighbour.j]))
+        .collect()
+}
+
+/// `FROM_RIGHT`
+fn link(node: &Node, slot: usize, neighbour: &Neighbour, module: &str) -> TokenStream {
+    let other = node.other(neighbour);
+    let name = format_ident!("FROM_{}", module.to_uppercase());
+    let doc = format!(" Where the messages of {} go: {}.", code(&other.name), imported(node, neighbour));
+    let [ny, nz, slot] = [other.p(), other.nz(), slot].map(Literal::usize_unsuffixed);
+    let (z, y) = (option(neighbour.z), option(neighbour.y));
+    quote! { #[doc = #doc] pub const #name: Link<#ny, #nz> = Link { slot: #slot, z: #z, y: #y }; }
+}
+
+fn imported(node: &Node, neighbour: &Neighbour) -> String {
+    let other = node.other(neighbour);
+    let z = neighbour.z.iter().flat_map(|_| other.coupling_outputs.iter().cloned());
+    let y = neighbour.y.iter().flat_map(|_| other.outputs.iter().map(labelled));
+    z.chain(y).map(|name| code(&name)).collect::<Vec<_>>().join(", ")
+}
+
+fn option(first: Option<usize>) -> TokenStream {
+    match first.map(Literal::usize_unsuffixed) {
+        Some(first) => quote!(Some(#first)),
+        None => quote!(None),
+    }
+}
+
+/// The only functions of the file: the runtime's, with this subsystem's tables.
+fn start() -> [TokenStream; 2] {
+    [
+        quote! {
+            /// The state and input that this subsystem rests at when the outputs of the whole network rest at
+            /// `outputs`, in the order of the columns of [`STEADY_X`].
+            pub fn steady_state(outputs: &[f64; NETWORK_NY]) -> SteadyState {
+                let (x, u) = (times(&STEADY_X, outputs), times(&STEADY_U, outputs));
+                SteadyState { x, u }
+            }
+        },
+        quote! {
+            /// A controller whose references rest at `steady`, and its first message to those who hear it.
+            ///
+            /// # Errors
+            /// No controller can start there; see [`StartError`].
+            pub fn start(steady: &SteadyState) -> Result<(Controller, Message), StartError> {
+                Controller::start(&TABLES, steady)
+            }
+        },
+    ]
+}

@@ -1,0 +1,92 @@
+//! Tables that no step needs but that whoever starts or watches a controller does: names of rows, steady states, and
+//! the sets that state, input and deviations stay in at every step. A linker drops those that nobody names.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::names::code;
+use super::node::{Node, labelled, labels};
+use super::tables::{Value, item};
+use crate::network::NamedPolytope;
+
+/// All items, in the order of the file. `steady` maps the outputs of the network to chi of (9).
+pub fn items(node: &Node, steady: &DMatrix<f64>) -> Vec<String> {
+    let model = node.model();
+    let [x, u] = steady_states(node, steady);
+    vec![
+        row_names(node),
+        x,
+        u,
+        tube(node),
+        coupling_deviation(node),
+        limits(
+            "STATE_LIMITS",
+            "X_i: row and limit, `row . x <= limit`, in the deviations the model is in.",
+            "NX",
+            &model.X,
+        ),
+        limits(
+            "INPUT_LIMITS",
+            "U_i: row and limit, `row . u <= limit`, in the deviations the model is in.",
+            "NU",
+            &model.U,
+        ),
+    ]
+}
+
+fn row_names(node: &Node) -> String {
+    let names = node.problems().dpc.rows.iter().map(|row| (Value::Text(row.name.clone()), String::new()));
+    let doc = "What each row of the i-DPC problem asks: the rows that a status speaks of.";
+    item(doc, "ROWS", "[&str; NR]", &Value::List(names.collect()))
+}
+
+/// Rest of (9): chi = (I - calF)^-1 calG y, u = calK_i chi.
+fn steady_states(node: &Node, steady: &DMatrix<f64>) -> [String; 2] {
+    let (model, gains) = (node.model(), node.gains());
+    let chi = steady.rows(node.design.gains.chi_offset[node.i], model.n() + model.p());
+    let x = chi.rows(0, model.n()).into_owned();
+    let u = gains.calK() * chi;
+    let columns: Vec<String> = network_outputs(node).iter().map(|name| code(name)).collect();
+    let doc = |what| {
+        format!(
+            "{what} at rest, (9), as a linear map of the outputs of the whole network at rest. One row per entry; columns\n\
+             {}.",
+            columns.join(", ")
+        )
+    };
+    [
+        item(&doc("State"), "STEADY_X", "[[f64; NETWORK_NY]; NX]", &Value::matrix(&x, &labels(&model.states))),
+        item(&doc("Input"), "STEADY_U", "[[f64; NETWORK_NY]; NU]", &Value::matrix(&u, &labels(&model.inputs))),
+    ]
+}
+
+/// `left: h1 [cm]` for every output of the network.
+fn network_outputs(node: &Node) -> Vec<String> {
+    let all = node.design.network.subsystems.iter();
+    all.flat_map(|other| other.outputs.iter().map(|y| format!("{}: {}", other.name, labelled(y)))).collect()
+}
+
+fn tube(node: &Node) -> String {
+    let set = &node.sets().E;
+    let ty = format!("[([f64; NX], f64); {}]", set.q.len());
+    let doc = "E_i of (18): row and width. `|row . (x - xhat)| <= width` at every step.";
+    item(doc, "TUBE", &ty, &rows_and_limits(&set.P, &set.q, &[]))
+}
+
+fn coupling_deviation(node: &Node) -> String {
+    let doc =
+        "Z_i of (21): half-widths. `|z - zref|` stays below them, and neighbours rely on it. One per coupling output.";
+    item(doc, "Z_WIDTHS", "[f64; NZ]", &Value::column(&node.sets().zeta, &node.model().coupling_outputs))
+}
+
+fn limits(name: &str, doc: &str, width: &str, set: &NamedPolytope) -> String {
+    let ty = format!("[([f64; {width}], f64); {}]", set.h.len());
+    item(doc, name, &ty, &rows_and_limits(&set.H, &set.h, &set.rows))
+}
+
+fn rows_and_limits(rows: &DMatrix<f64>, limits: &DVector<f64>, labels: &[String]) -> Value {
+    let pair = |k: usize| {
+        let row = Value::Row(rows.row(k).iter().copied().collect());
+        (Value::Tuple(vec![row, Value::Number(limits[k])]), labels.get(k).cloned().unwrap_or_default())
+    };
+    Value::List((0..limits.len()).map(pair).collect())
+}
