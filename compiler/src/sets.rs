@@ -174,9 +174,6 @@ fn power_sum(C: &DMatrix<f64>, g: &SubsystemGains, B: &DMatrix<f64>) -> DMatrix<
 /// Half-widths of Z_i for Delta_i^z of natural size: (I - S)^-1 times the range of z.
 fn nominal_zeta(network: &Network, S: &DMatrix<f64>, z_offset: &[usize]) -> DVector<f64> {
     let n = S.nrows();
-    if n == 0 {
-        return DVector::zeros(0);
-    }
     let mut dz = DVector::zeros(n);
     if n == 0 {
         return dz;
