@@ -1,6 +1,11 @@
 //! The four-tank of Section VI of the paper, in closed loop with the controllers that were emitted for it.
 
+pub mod checks;
+pub mod figure;
 pub mod plant;
 pub mod plot;
 pub mod random;
 pub mod scenario;
+pub mod sets;
+pub mod table;
+pub mod trajectory;

@@ -262,7 +262,7 @@ struct Pen<'a> {
 impl Pen<'_> {
     fn go(&mut self, from: Pixel, to: Pixel) {
         let (dx, dy) = (f64::from(to.0 - from.0), f64::from(to.1 - from.1));
-        let length = dx.hypot(dy);
+        let length = (dx * dx + dy * dy).sqrt();
         let mut gone = 0.0;
         while length - gone > self.left {
             gone += self.left;
@@ -310,7 +310,7 @@ fn text(size: u32, colour: RGBColor, side: HPos) -> TextStyle<'static> {
 }
 
 /// At most three decimals, no trailing zeros, a true minus sign.
-fn number(value: f64) -> String {
+pub fn number(value: f64) -> String {
     let digits = format!("{value:.3}");
     let short = digits.trim_end_matches('0').trim_end_matches('.');
     if short == "-0" { "0".into() } else { short.replace('-', "\u{2212}") }
