@@ -1,7 +1,9 @@
 //! Whether the plant kept what the design promises, counted at every step.
 
+use dpc_runtime::Control;
+
 use crate::sets::{Polytope, Promise, Subsystem};
-use crate::trajectory::{NodeSample, Outcome, Sample};
+use crate::trajectory::{NodeSample, Sample};
 
 /// Beyond a limit by more than this, in the limit's unit, is outside: rounding is not a violation.
 pub const ROUNDING: f64 = 1e-9;
@@ -27,8 +29,10 @@ pub struct NodeChecks {
     pub coupling: Watch,
     /// Steps whose i-DPC problem (33) had no solution.
     pub infeasible: usize,
-    /// Steps at which the controller fell back on the shifted candidate (47) for another reason.
+    /// Steps at which the iteration budget ran out and the shifted candidate (47) was used.
     pub fell_back: usize,
+    /// Steps at which the references had lost the guarantee: messages lost, or starts that do not fit together.
+    pub degraded: usize,
     /// Steps at which a constraint of the i-DPC problem was active.
     pub active: usize,
 }
@@ -61,7 +65,8 @@ impl Checks {
 
     /// Steps of any subsystem at which anything went wrong that Theorem 1 excludes.
     pub fn violations(&self) -> usize {
-        self.sum(|node| node.watches().iter().map(|watch| watch.violations).sum::<usize>() + node.infeasible)
+        let sets = |node: &NodeChecks| node.watches().iter().map(|watch| watch.violations).sum::<usize>();
+        self.sum(|node| sets(node) + node.infeasible + node.degraded)
     }
 
     pub fn sum(&self, count: impl Fn(&NodeChecks) -> usize) -> usize {
@@ -79,6 +84,7 @@ impl NodeChecks {
             infeasible: 0,
             fell_back: 0,
             active: 0,
+            degraded: 0,
             subsystem: subsystem.clone(),
         }
     }
@@ -89,11 +95,13 @@ impl NodeChecks {
         self.tube.look(&minus(&node.x, &node.x_nom));
         let z = self.subsystem.coupling_output(&node.x, &node.u);
         self.coupling.look(&minus(&z, &node.z_ref));
-        match node.outcome {
-            Outcome::Optimal { active } => self.active += usize::from(active > 0),
-            Outcome::FellBack => self.fell_back += 1,
-            Outcome::Infeasible => self.infeasible += 1,
+        match node.status.control {
+            Control::AtReference => {}
+            Control::Optimal { active, .. } => self.active += usize::from(active > 0),
+            Control::Candidate => self.fell_back += 1,
+            Control::Infeasible { .. } | Control::IterationLimit | Control::NotFinite => self.infeasible += 1,
         }
+        self.degraded += usize::from(node.status.degraded);
     }
 
     fn absorb(&mut self, other: &Self) {
@@ -104,6 +112,7 @@ impl NodeChecks {
         self.infeasible += other.infeasible;
         self.fell_back += other.fell_back;
         self.active += other.active;
+        self.degraded += other.degraded;
     }
 
     fn watches(&self) -> [&Watch; 4] {
@@ -147,25 +156,30 @@ fn minus(a: &[f64], b: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    use dpc_runtime::{Control, Delivery, References, Status};
+
     use super::Checks;
     use crate::sets::Promise;
-    use crate::trajectory::{NodeSample, Outcome, Sample};
+    use crate::trajectory::{NodeSample, Sample};
 
     const PROMISE: &str = r#"{"subsystems": [{"name": "left", "A": [], "B": [], "Cz": [[0.0, 2.0]], "Dz": [[1.0]],
         "X": {"H": [[1, 0], [0, -1]], "h": [5, 1]}, "U": {"H": [[1], [-1]], "h": [3, 3]},
         "rpi": {"H": [[1, 0], [-1, 0]], "h": [0.5, 0.5]}, "z_set": {"H": [[1], [-1]], "h": [0.25, 0.25]},
         "y_set": {"H": [[1], [-1]], "h": [2, 2]}}]}"#;
 
-    /// Every margin is positive.
-    const INSIDE: NodeSample = NodeSample {
-        x: [1.0, 0.5],
-        u: [2.0],
-        set_point: 0.0,
-        y_ref: 0.0,
-        x_nom: [1.25, 0.0],
-        z_ref: [2.875],
-        outcome: Outcome::Optimal { active: 0 },
+    const FINE: Status<1> = Status {
+        control: Control::AtReference,
+        references: References::Nearest,
+        deliveries: [Delivery::InSequence],
+        degraded: false,
     };
+    const ACTIVE: Status<1> = Status { control: Control::Optimal { iterations: 3, active: 2 }, ..FINE };
+
+    /// Every margin is positive.
+    fn inside() -> NodeSample {
+        let (x, u, x_nom, z_ref) = ([1.0, 0.5], [2.0], [1.25, 0.0], vec![2.875]);
+        NodeSample { x, u, set_point: 0.0, y_ref: 0.0, x_nom, z_ref, status: FINE }
+    }
 
     fn seen(node: NodeSample) -> Checks {
         let mut checks = Checks::new(&Promise::new(PROMISE).unwrap());
@@ -175,7 +189,7 @@ mod tests {
 
     #[test]
     fn margins_are_what_is_left() {
-        let checks = seen(INSIDE);
+        let checks = seen(inside());
         let node = &checks.nodes[0];
         assert_eq!((node.states.margins.clone(), node.inputs.margins.clone()), (vec![4.0, 1.5], vec![1.0, 5.0]));
         assert_eq!((node.tube.margins.clone(), node.tube.share_left()), (vec![0.75, 0.25], 0.5));
@@ -185,25 +199,29 @@ mod tests {
 
     #[test]
     fn each_kind_of_violation_is_counted() {
+        let with = |control| Status { control, ..FINE };
         let wrong = [
-            NodeSample { x: [1.0, -1.1], z_ref: [-0.2], x_nom: [1.0, -1.1], ..INSIDE },
-            NodeSample { u: [3.1], z_ref: [4.1], ..INSIDE },
-            NodeSample { x_nom: [1.51, 0.0], ..INSIDE },
-            NodeSample { z_ref: [3.26], ..INSIDE },
-            NodeSample { outcome: Outcome::Infeasible, ..INSIDE },
-            NodeSample { z_ref: [f64::NAN], ..INSIDE },
+            NodeSample { x: [1.0, -1.1], z_ref: vec![-0.2], x_nom: [1.0, -1.1], ..inside() },
+            NodeSample { u: [3.1], z_ref: vec![4.1], ..inside() },
+            NodeSample { x_nom: [1.51, 0.0], ..inside() },
+            NodeSample { z_ref: vec![3.26], ..inside() },
+            NodeSample { z_ref: vec![f64::NAN], ..inside() },
+            NodeSample { status: with(Control::Infeasible { row: 0 }), ..inside() },
+            NodeSample { status: with(Control::IterationLimit), ..inside() },
+            NodeSample { status: with(Control::NotFinite), ..inside() },
+            NodeSample { status: Status { degraded: true, ..FINE }, ..inside() },
         ];
         for node in wrong {
             assert_eq!(seen(node.clone()).violations(), 1, "{node:?}");
         }
-        assert_eq!(seen(NodeSample { u: [3.0 + 1e-12], z_ref: [4.0], ..INSIDE }).violations(), 0);
+        assert_eq!(seen(NodeSample { u: [3.0 + 1e-12], z_ref: vec![4.0], ..inside() }).violations(), 0);
     }
 
     #[test]
     fn runs_add_up() {
-        let mut checks = seen(INSIDE);
-        checks.absorb(&seen(NodeSample { u: [3.1], z_ref: [4.1], outcome: Outcome::Optimal { active: 2 }, ..INSIDE }));
-        checks.absorb(&seen(NodeSample { outcome: Outcome::FellBack, ..INSIDE }));
+        let mut checks = seen(inside());
+        checks.absorb(&seen(NodeSample { u: [3.1], z_ref: vec![4.1], status: ACTIVE, ..inside() }));
+        checks.absorb(&seen(NodeSample { status: Status { control: Control::Candidate, ..FINE }, ..inside() }));
         let node = &checks.nodes[0];
         assert_eq!((checks.steps, node.inputs.violations, node.active, node.fell_back), (3, 1, 1, 1));
         assert!((node.inputs.margins[0] + 0.1).abs() < 1e-12);

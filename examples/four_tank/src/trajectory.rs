@@ -1,5 +1,7 @@
 //! What was measured and decided, step by step; all values are deviations from the working point, in cm and V.
 
+use dpc_runtime::{Control, Status};
+
 use crate::plant::{Levels, SAMPLE_TIME, Voltages};
 
 /// One subsystem (two tanks, one pump) at one step.
@@ -15,20 +17,8 @@ pub struct NodeSample {
     /// xhat_{t|t}.
     pub x_nom: [f64; 2],
     /// zref_t.
-    pub z_ref: [f64; 1],
-    pub outcome: Outcome,
-}
-
-/// How the i-DPC problem (33) of one step ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
-    /// Solved, with this many constraints active.
-    Optimal {
-        active: usize,
-    },
-    /// Solvable, but the shifted candidate (47) was used.
-    FellBack,
-    Infeasible,
+    pub z_ref: Vec<f64>,
+    pub status: Status<1>,
 }
 
 /// Both subsystems at one step.
@@ -87,10 +77,10 @@ impl NodeSample {
     fn append_csv(&self, csv: &mut String) {
         let numbers = [self.x[0], self.x[1], self.u[0], self.set_point, self.y_ref, self.x_nom[0], self.x_nom[1]];
         numbers.iter().for_each(|number| csv.push_str(&format!(",{number}")));
-        match self.outcome {
-            Outcome::Optimal { active } => csv.push_str(&format!(",{active}")),
-            Outcome::FellBack => csv.push_str(",fell back"),
-            Outcome::Infeasible => csv.push_str(",infeasible"),
+        match self.status.control {
+            Control::AtReference => csv.push_str(",0"),
+            Control::Optimal { active, .. } => csv.push_str(&format!(",{active}")),
+            other => csv.push_str(&format!(",{other}").replace(", ", "; ")),
         }
     }
 }
