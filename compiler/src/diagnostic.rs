@@ -1,6 +1,9 @@
 //! Errors that point into `system.toml`.
 
+use std::fmt;
 use std::ops::Range;
+
+use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snippet, normalize_untrusted_str};
 
 /// A byte range of the source text.
 pub type Place = Range<usize>;
@@ -16,7 +19,7 @@ pub struct Source {
 /// One mistake: what is wrong, where, with which numbers, and what to try.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// `E0104`; stable.
+    /// `E0104`; stable, see [`code`].
     pub code: &'static str,
     pub title: String,
     /// The first is the primary place. Byte ranges of the source text with what to say there.
@@ -30,6 +33,92 @@ pub struct Diagnostic {
 /// The mistakes of one phase, in the order of the file.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Diagnostics(pub Vec<Diagnostic>);
+
+/// Every code of the input stages. A code keeps its meaning for ever; a retired one is not used again.
+pub mod code {
+    /// The text is not TOML.
+    pub const SYNTAX: &str = "E0101";
+    /// A key nobody asks for, mostly a misspelling.
+    pub const UNKNOWN_KEY: &str = "E0102";
+    /// A key or table that has no default is absent.
+    pub const MISSING_KEY: &str = "E0103";
+    /// A value of the wrong kind: a string where a number belongs, a list where a matrix belongs.
+    pub const WRONG_TYPE: &str = "E0104";
+    /// NaN, an infinity outside of bounds, or a magnitude beyond 1e30.
+    pub const NOT_FINITE: &str = "E0105";
+    /// A name that is empty or has characters a name cannot have.
+    pub const BAD_NAME: &str = "E0106";
+    /// The same name twice where names must differ.
+    pub const DUPLICATE_NAME: &str = "E0107";
+    /// A choice that is not on offer: `layer`, `norm`.
+    pub const UNKNOWN_CHOICE: &str = "E0108";
+    /// Horizon, sample time, epsilon, gamma or a sizing weight outside of its range.
+    pub const OUT_OF_RANGE: &str = "E0109";
+    /// A matrix or list whose size does not fit the names.
+    pub const SHAPE: &str = "E0110";
+    /// Keys of two of the three ways to state a network in one file.
+    pub const MIXED_FORMS: &str = "E0111";
+    /// A subsystem that is named but not there.
+    pub const UNKNOWN_SUBSYSTEM: &str = "E0112";
+    /// A subsystem that is its own neighbour.
+    pub const SELF_COUPLING: &str = "E0113";
+    /// A partition of the collective model that leaves out or repeats a signal.
+    pub const PARTITION: &str = "E0114";
+    /// An output of one subsystem that reads a state of another.
+    pub const COUPLED_OUTPUT: &str = "E0115";
+    /// More outputs than inputs: p_i > m_i.
+    pub const MORE_OUTPUTS_THAN_INPUTS: &str = "E0116";
+    /// A weight that is not symmetric.
+    pub const ASYMMETRIC: &str = "E0117";
+    /// A weight that is not positive definite.
+    pub const INDEFINITE: &str = "E0118";
+    /// T_i > gamma I (32) does not hold.
+    pub const GAMMA: &str = "E0119";
+    /// A lower bound that is not below its upper bound.
+    pub const EMPTY_BOUNDS: &str = "E0120";
+    /// 0, the operating point, is not in the interior of a constraint set.
+    pub const ZERO_OUTSIDE: &str = "E0121";
+    /// A row of zeros in a constraint.
+    pub const EMPTY_ROW: &str = "E0122";
+    /// A state, input or output that is named but not there.
+    pub const UNKNOWN_SIGNAL: &str = "E0123";
+    /// Set-points to cover that no design can reach.
+    pub const COVER: &str = "E0124";
+    /// A negative reserve.
+    pub const RESERVE: &str = "E0125";
+    /// One of `Kx`, `Ke` without the other.
+    pub const HALF_A_GAIN: &str = "E0126";
+
+    /// All of the above.
+    pub const ALL: [&str; 26] = [
+        SYNTAX,
+        UNKNOWN_KEY,
+        MISSING_KEY,
+        WRONG_TYPE,
+        NOT_FINITE,
+        BAD_NAME,
+        DUPLICATE_NAME,
+        UNKNOWN_CHOICE,
+        OUT_OF_RANGE,
+        SHAPE,
+        MIXED_FORMS,
+        UNKNOWN_SUBSYSTEM,
+        SELF_COUPLING,
+        PARTITION,
+        COUPLED_OUTPUT,
+        MORE_OUTPUTS_THAN_INPUTS,
+        ASYMMETRIC,
+        INDEFINITE,
+        GAMMA,
+        EMPTY_BOUNDS,
+        ZERO_OUTSIDE,
+        EMPTY_ROW,
+        UNKNOWN_SIGNAL,
+        COVER,
+        RESERVE,
+        HALF_A_GAIN,
+    ];
+}
 
 impl Diagnostic {
     pub fn error(code: &'static str, title: impl Into<String>) -> Self {
@@ -47,10 +136,89 @@ impl Diagnostic {
         self.helps.push(help.into());
         self
     }
+
+    fn group<'a>(&'a self, source: &'a Source) -> Group<'a> {
+        Level::ERROR
+            .primary_title(&*self.title)
+            .id(self.code)
+            .elements(self.snippet(source))
+            .elements(self.notes.iter().map(|note| Level::NOTE.message(normalize_untrusted_str(note))))
+            .elements(self.helps.iter().map(|help| Level::HELP.message(normalize_untrusted_str(help))))
+    }
+
+    fn snippet<'a>(&'a self, source: &'a Source) -> Option<Snippet<'a, Annotation<'a>>> {
+        let kinds = std::iter::once(AnnotationKind::Primary).chain(std::iter::repeat(AnnotationKind::Context));
+        let annotations =
+            self.labels.iter().zip(kinds).map(|((place, label), kind)| {
+                kind.span(within(place, &source.text)).label(normalize_untrusted_str(label))
+            });
+        let snippet = Snippet::source(&*source.text).path(&*source.path);
+        (!self.labels.is_empty()).then(|| snippet.annotations(annotations))
+    }
+}
+
+impl Diagnostics {
+    pub fn push(&mut self, diagnostic: Diagnostic) {
+        self.0.push(diagnostic);
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Ends a phase: `value` where nothing was wrong, else the mistakes in the order of the file.
+    ///
+    /// Whoever leaves `value` out has said why by [`Diagnostics::push`].
+    ///
+    /// # Errors
+    /// The mistakes collected so far.
+    pub fn finish<T>(mut self, value: Option<T>) -> Result<T, Self> {
+        match value {
+            Some(value) if self.is_empty() => Ok(value),
+            _ => {
+                debug_assert!(!self.is_empty(), "a phase failed without saying why");
+                self.0.sort_by_key(|diagnostic| diagnostic.labels.first().map(|(place, _)| place.start));
+                Err(self)
+            }
+        }
+    }
+
+    /// What a person sees, in the manner of rustc: code, place, notes, helps. Ends without a newline.
+    pub fn render(&self, source: &Source, styled: bool) -> String {
+        let renderer = if styled { Renderer::styled() } else { Renderer::plain() };
+        let shown: Vec<_> = self.0.iter().map(|diagnostic| renderer.render(&[diagnostic.group(source)])).collect();
+        shown.join("\n\n")
+    }
 }
 
 impl From<Diagnostic> for Diagnostics {
     fn from(diagnostic: Diagnostic) -> Self {
         Self(vec![diagnostic])
     }
+}
+
+/// Without the source text: for logs and `?` in a build script. People see [`Diagnostics::render`].
+impl fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "error[{}]: {}", self.code, self.title)?;
+        self.notes.iter().try_for_each(|note| write!(f, "\n  note: {note}"))?;
+        self.helps.iter().try_for_each(|help| write!(f, "\n  help: {help}"))
+    }
+}
+
+impl fmt::Display for Diagnostics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let lines: Vec<_> = self.0.iter().map(Diagnostic::to_string).collect();
+        f.write_str(&lines.join("\n"))
+    }
+}
+
+impl std::error::Error for Diagnostic {}
+impl std::error::Error for Diagnostics {}
+
+/// `place` cut to the text and to whole characters: a renderer must not fail on a wrong place.
+fn within(place: &Place, text: &str) -> Place {
+    let start = text.floor_char_boundary(place.start);
+    let end = text.ceil_char_boundary(place.end.clamp(start, text.len().max(start)));
+    start..end
 }

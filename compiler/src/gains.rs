@@ -3,6 +3,12 @@
 
 use nalgebra::DMatrix;
 
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::network::{Network, Subsystem};
+use crate::optim::lyapunov::{Contraction, eigenvalues, lyapunov, spectral_radius};
+use crate::optim::riccati::lqr;
+use crate::optim::rounding::to_digits;
+
 /// After this point: A + BK, every F_ii and calF are Schur (proved by a Lyapunov certificate, not by eigenvalues
 /// alone), and Assumption 2 holds; the margins are recorded.
 #[derive(Debug)]
@@ -12,6 +18,8 @@ pub struct Gains {
     pub calF: DMatrix<f64>,
     /// calG = diag(G_i), (n + p) x p.
     pub calG: DMatrix<f64>,
+    /// The norm in which calF contracts: the proof of Assumption 3.
+    pub contraction: Contraction,
     /// First row of chi_i in the collective chi.
     pub chi_offset: Vec<usize>,
     /// First row of y_i in the collective y.
@@ -36,6 +44,349 @@ pub struct SubsystemGains {
     pub P: DMatrix<f64>,
     /// F_ii = A_ii + B_ii K_i.
     pub F: DMatrix<f64>,
+    /// The norm in which F_ii contracts.
+    pub contraction: Contraction,
     /// Spectral radius of F_ii.
     pub rho_F: f64,
+}
+
+impl Gains {
+    /// Gains by local Riccati equations (or as given), then Assumptions 1, 2, 3.
+    ///
+    /// # Errors
+    /// E0201 a subsystem has no stabilising Riccati gain, E0202 F_ii is not Schur, E0203 A + BK is not Schur,
+    /// E0204 Assumption 2 fails, E0205 calF is not Schur.
+    pub fn new(network: &Network) -> Result<Self, Diagnostics> {
+        let collective = Collective::new(network);
+        let rank_margin = collective.assumption_2(network)?;
+        let subsystems = each(&network.subsystems, SubsystemGains::new)?;
+        let rho_F = collective.assumption_1(network, &subsystems)?;
+        let calF = collective.calF(network, &subsystems);
+        let rho_calF = spectral_radius(&calF);
+        let contraction = Contraction::new(&calF).ok_or_else(|| assumption_3_fails(network, &subsystems, rho_calF))?;
+        Ok(Self {
+            calG: collective.calG(network),
+            chi_offset: offsets(network.subsystems.iter().map(|s| s.n() + s.p())),
+            y_offset: collective.y,
+            subsystems,
+            calF,
+            contraction,
+            rho_F,
+            rank_margin,
+            rho_calF,
+        })
+    }
+
+    /// chi = `steady` y: the collective steady state of (9), (I - calF)^-1 calG; `None` only where rounding defeats
+    /// the inverse.
+    pub fn steady(&self) -> Option<DMatrix<f64>> {
+        let n = self.calF.nrows();
+        (DMatrix::identity(n, n) - &self.calF).lu().solve(&self.calG)
+    }
+}
+
+impl SubsystemGains {
+    fn new(subsystem: &Subsystem) -> Result<Self, Diagnostics> {
+        let K = K_i(subsystem)?;
+        let calK = calK_i(subsystem)?;
+        let F = &subsystem.A + &subsystem.B * &K;
+        let rho_F = spectral_radius(&F);
+        let contraction = Contraction::new(&F).ok_or_else(|| F_ii_unstable(subsystem, rho_F))?;
+        let stage = &subsystem.Q + K.transpose() * &subsystem.R * &K;
+        let P = lyapunov(&F, &stage).ok_or_else(|| F_ii_unstable(subsystem, rho_F))?;
+        let n = subsystem.n();
+        Ok(Self {
+            Kx: calK.columns(0, n).into_owned(),
+            Ke: calK.columns(n, subsystem.p()).into_owned(),
+            P: short(P),
+            K,
+            F,
+            contraction,
+            rho_F,
+        })
+    }
+
+    /// [K_i^x K_i^e].
+    pub fn calK(&self) -> DMatrix<f64> {
+        let (m, n) = self.Kx.shape();
+        DMatrix::from_fn(m, n + self.Ke.ncols(), |i, j| if j < n { self.Kx[(i, j)] } else { self.Ke[(i, j - n)] })
+    }
+}
+
+/// Gains are rounded to this many digits: any stabilising gain will do, the emitted file stays readable, and every
+/// machine goes on from the same numbers.
+const GAIN_DIGITS: usize = 9;
+
+fn short(matrix: DMatrix<f64>) -> DMatrix<f64> {
+    matrix.map(|value| to_digits(value, GAIN_DIGITS))
+}
+
+fn K_i(subsystem: &Subsystem) -> Result<DMatrix<f64>, Diagnostic> {
+    if let Some(K) = &subsystem.gains.K {
+        return Ok(K.clone());
+    }
+    let (Q, R) = &subsystem.gains.weights;
+    lqr(&subsystem.A, &subsystem.B, Q, R).map(short).ok_or_else(|| unstabilisable(subsystem))
+}
+
+fn calK_i(subsystem: &Subsystem) -> Result<DMatrix<f64>, Diagnostic> {
+    if let Some(calK) = &subsystem.gains.calK {
+        return Ok(calK.clone());
+    }
+    let (Q, R) = &subsystem.gains.reference_weights;
+    let (A, B) = augmented(subsystem);
+    lqr(&A, &B, Q, R).map(short).ok_or_else(|| unstabilisable_reference(subsystem))
+}
+
+/// calA_ii, calB_ii of (7e).
+fn augmented(subsystem: &Subsystem) -> (DMatrix<f64>, DMatrix<f64>) {
+    let (n, m, p) = (subsystem.n(), subsystem.m(), subsystem.p());
+    let mut A = DMatrix::identity(n + p, n + p);
+    A.view_mut((0, 0), (n, n)).copy_from(&subsystem.A);
+    A.view_mut((n, 0), (p, n)).copy_from(&-&subsystem.C);
+    let mut B = DMatrix::zeros(n + p, m);
+    B.view_mut((0, 0), (n, m)).copy_from(&subsystem.B);
+    (A, B)
+}
+
+/// The collective (A, B, C) of (5).
+struct Collective {
+    A: DMatrix<f64>,
+    B: DMatrix<f64>,
+    C: DMatrix<f64>,
+    x: Vec<usize>,
+    u: Vec<usize>,
+    y: Vec<usize>,
+}
+
+impl Collective {
+    fn new(network: &Network) -> Self {
+        let parts = &network.subsystems;
+        let (n, m, p) = parts.iter().fold((0, 0, 0), |(n, m, p), s| (n + s.n(), m + s.m(), p + s.p()));
+        let x = offsets(parts.iter().map(Subsystem::n));
+        let u = offsets(parts.iter().map(Subsystem::m));
+        let y = offsets(parts.iter().map(Subsystem::p));
+        let (mut A, mut B, mut C) = (DMatrix::zeros(n, n), DMatrix::zeros(n, m), DMatrix::zeros(p, n));
+        for (i, s) in parts.iter().enumerate() {
+            A.view_mut((x[i], x[i]), s.A.shape()).copy_from(&s.A);
+            B.view_mut((x[i], u[i]), s.B.shape()).copy_from(&s.B);
+            C.view_mut((y[i], x[i]), s.C.shape()).copy_from(&s.C);
+            for (&j, L) in &s.L {
+                let exporter = &parts[j];
+                let EL = &s.E * L;
+                A.view_mut((x[i], x[j]), (s.n(), exporter.n())).copy_from(&(&EL * &exporter.Cz));
+                B.view_mut((x[i], u[j]), (s.n(), exporter.m())).copy_from(&(&EL * &exporter.Dz));
+            }
+        }
+        Self { A, B, C, x, u, y }
+    }
+
+    /// F = A + BK Schur (the local F_ii are checked where they are made); returns its spectral radius.
+    fn assumption_1(&self, network: &Network, gains: &[SubsystemGains]) -> Result<f64, Diagnostic> {
+        let mut K = DMatrix::zeros(self.B.ncols(), self.A.nrows());
+        for (i, g) in gains.iter().enumerate() {
+            K.view_mut((self.u[i], self.x[i]), g.K.shape()).copy_from(&g.K);
+        }
+        let F = &self.A + &self.B * K;
+        let rho = spectral_radius(&F);
+        if Contraction::new(&F).is_some() { Ok(rho) } else { Err(assumption_1_fails(network, rho)) }
+    }
+
+    /// Rank n + p of the matrix in Assumption 2; returns its smallest singular value over its largest.
+    fn assumption_2(&self, network: &Network) -> Result<f64, Diagnostic> {
+        let (n, m, p) = (self.A.nrows(), self.B.ncols(), self.C.nrows());
+        let mut matrix = DMatrix::zeros(n + p, n + m);
+        matrix.view_mut((0, 0), (n, n)).copy_from(&(DMatrix::identity(n, n) - &self.A));
+        matrix.view_mut((0, n), (n, m)).copy_from(&-&self.B);
+        matrix.view_mut((n, 0), (p, n)).copy_from(&self.C);
+        equilibrate(&mut matrix);
+        let singular = matrix.singular_values();
+        let margin = singular.min() / singular.max();
+        if margin > 1e-9 { Ok(margin) } else { Err(assumption_2_fails(network, margin)) }
+    }
+
+    /// calF_ij = calA_ij + calB_ij calK_j.
+    fn calF(&self, network: &Network, gains: &[SubsystemGains]) -> DMatrix<f64> {
+        let chi = offsets(network.subsystems.iter().map(|s| s.n() + s.p()));
+        let size = self.A.nrows() + self.C.nrows();
+        let mut calF = DMatrix::zeros(size, size);
+        for (i, s) in network.subsystems.iter().enumerate() {
+            let (A, B) = augmented(s);
+            let F = A + B * gains[i].calK();
+            calF.view_mut((chi[i], chi[i]), F.shape()).copy_from(&F);
+            for (&j, L) in &s.L {
+                let exporter = &network.subsystems[j];
+                let EL = &s.E * L;
+                let mut block = DMatrix::zeros(s.n(), exporter.n() + exporter.p());
+                block.view_mut((0, 0), (s.n(), exporter.n())).copy_from(&(&EL * &exporter.Cz));
+                block += &EL * &exporter.Dz * gains[j].calK();
+                calF.view_mut((chi[i], chi[j]), block.shape()).copy_from(&block);
+            }
+        }
+        calF
+    }
+
+    fn calG(&self, network: &Network) -> DMatrix<f64> {
+        let p = self.C.nrows();
+        let mut calG = DMatrix::zeros(self.A.nrows() + p, p);
+        let mut row = 0;
+        for (i, s) in network.subsystems.iter().enumerate() {
+            row += s.n();
+            for k in 0..s.p() {
+                calG[(row + k, self.y[i] + k)] = 1.0;
+            }
+            row += s.p();
+        }
+        calG
+    }
+}
+
+/// Rows, then columns, scaled to unit length: units must not decide about rank.
+fn equilibrate(matrix: &mut DMatrix<f64>) {
+    for mut row in matrix.row_iter_mut() {
+        let norm = row.norm();
+        if norm > 0.0 {
+            row /= norm;
+        }
+    }
+    for mut column in matrix.column_iter_mut() {
+        let norm = column.norm();
+        if norm > 0.0 {
+            column /= norm;
+        }
+    }
+}
+
+fn offsets(sizes: impl Iterator<Item = usize>) -> Vec<usize> {
+    sizes.scan(0, |next, size| Some(std::mem::replace(next, *next + size))).collect()
+}
+
+/// Runs `make` for every subsystem and collects all mistakes before stopping.
+fn each<T>(
+    subsystems: &[Subsystem],
+    make: impl Fn(&Subsystem) -> Result<T, Diagnostics>,
+) -> Result<Vec<T>, Diagnostics> {
+    let (mut made, mut mistakes) = (Vec::new(), Vec::new());
+    for subsystem in subsystems {
+        match make(subsystem) {
+            Ok(value) => made.push(value),
+            Err(Diagnostics(more)) => mistakes.extend(more),
+        }
+    }
+    if mistakes.is_empty() { Ok(made) } else { Err(Diagnostics(mistakes)) }
+}
+
+/// The eigenvalue outside the open unit disc that B moves least (Popov-Belevitch-Hautus), with that distance.
+fn stuck_mode(A: &DMatrix<f64>, B: &DMatrix<f64>) -> Option<((f64, f64), f64)> {
+    let unstable = eigenvalues(A).into_iter().filter(|(re, im)| re.hypot(*im) >= 1.0 - 1e-9);
+    unstable.map(|e| (e, hautus(A, B, e))).min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// Smallest singular value of [lambda I - A, B] as a real matrix of twice the size.
+fn hautus(A: &DMatrix<f64>, B: &DMatrix<f64>, (re, im): (f64, f64)) -> f64 {
+    let (n, m) = B.shape();
+    let pencil = DMatrix::from_fn(2 * n, 2 * (n + m), |i, j| {
+        let (bi, i) = (i / n, i % n);
+        let (bj, j) = (j / (n + m), j % (n + m));
+        match (bi == bj, j < n) {
+            (true, true) => f64::from(i == j) * re - A[(i, j)],
+            (true, false) => B[(i, j - n)],
+            (false, true) => f64::from(i == j) * if bi < bj { -im } else { im },
+            (false, false) => 0.0,
+        }
+    });
+    pencil.singular_values().min()
+}
+
+fn mode(eigenvalue: (f64, f64)) -> String {
+    let (re, im) = eigenvalue;
+    if im == 0.0 { format!("{re:.6}") } else { format!("{re:.6} {} {:.6}i", if im < 0.0 { '-' } else { '+' }, im.abs()) }
+}
+
+fn unstabilisable(subsystem: &Subsystem) -> Diagnostic {
+    let error = Diagnostic::error("E0201", format!("subsystem `{}` cannot be stabilised by its own inputs", subsystem.name))
+        .at(subsystem.places.or_header(&subsystem.places.B), "these inputs do not reach every unstable mode");
+    let error = match stuck_mode(&subsystem.A, &subsystem.B) {
+        Some((eigenvalue, distance)) => error.note(format!(
+            "the mode of A_ii with eigenvalue {} is out of reach: the smallest singular value of [lambda I - A, B] is {distance:.2e}",
+            mode(eigenvalue)
+        )),
+        None => error.note("the Riccati equation for K_i has no stabilising solution"),
+    };
+    error.help("give this subsystem an input that moves the mode, or merge it with the neighbour whose input does; Assumption 1 asks for a stable A_ii + B_ii K_i")
+}
+
+fn unstabilisable_reference(subsystem: &Subsystem) -> Diagnostic {
+    let (A, B) = augmented(subsystem);
+    let error = Diagnostic::error(
+        "E0206",
+        format!("subsystem `{}` cannot integrate the error of its outputs", subsystem.name),
+    )
+    .at(subsystem.places.or_header(&subsystem.places.C), "these outputs cannot be held at a set-point by this subsystem's inputs");
+    let error = match stuck_mode(&A, &B) {
+        Some((eigenvalue, distance)) => error.note(format!(
+            "the reference system (7) has the mode {} out of reach: the smallest singular value of [lambda I - calA, calB] is {distance:.2e}",
+            mode(eigenvalue)
+        )),
+        None => error.note("the Riccati equation for calK_i has no stabilising solution"),
+    };
+    error.help("pair each output with an input that can hold it (A_ii, B_ii, C_i must have no zero at 1), or move the output to another subsystem; Assumptions 2 and 3 ask for it")
+}
+
+fn F_ii_unstable(subsystem: &Subsystem, rho: f64) -> Diagnostic {
+    Diagnostic::error("E0202", format!("A_ii + B_ii K_i of subsystem `{}` is not stable", subsystem.name))
+        .at(subsystem.places.or_header(&subsystem.places.K), format!("spectral radius {rho:.6}, must be below 1"))
+        .note("Assumption 1, part 2: every subsystem has to be stable on its own under u = K x")
+        .help("check the sign convention (u = K x, not u = -K x), or leave K out and let the Riccati equation choose it")
+}
+
+fn assumption_1_fails(network: &Network, rho: f64) -> Diagnostic {
+    let error = Diagnostic::error("E0203", "the subsystems destabilise each other: A + BK is not stable");
+    coupling_labels(error, network)
+        .note(format!("Assumption 1, part 1: the spectral radius of A + B diag(K_1, ..., K_M) is {rho:.6}, must be below 1"))
+        .help("change `gain-weights` (a larger R in a strongly coupled subsystem often helps, or a larger Q), state K, or merge the subsystems that are coupled most")
+}
+
+fn assumption_2_fails(network: &Network, margin: f64) -> Diagnostic {
+    let mut error = Diagnostic::error("E0204", "the outputs cannot be held at arbitrary set-points (Assumption 2)");
+    for s in &network.subsystems {
+        error = error.at(s.places.or_header(&s.places.C), "outputs");
+    }
+    error
+        .note(format!("[I - A, -B; C, 0] loses rank: its smallest singular value is {margin:.2e} of its largest (rows and columns scaled), more than 1e-9 is needed"))
+        .help("track outputs that the inputs can hold at a constant value: no more outputs than inputs, no transmission zero at 1 (an output that is the rate of another state has one)")
+}
+
+fn assumption_3_fails(network: &Network, gains: &[SubsystemGains], rho: f64) -> Diagnostic {
+    let given = network.subsystems.iter().any(|s| s.gains.calK.is_some());
+    let mut error = Diagnostic::error("E0205", "the reference system is not stable: calF of Assumption 3 is not Schur");
+    for (s, g) in network.subsystems.iter().zip(gains) {
+        let (A, B) = augmented(s);
+        let local = spectral_radius(&(A + B * g.calK()));
+        error = error.at(
+            s.places.or_header(&s.places.calK),
+            format!("alone, calF_ii of `{}` has spectral radius {local:.6}", s.name),
+        );
+    }
+    let error = error.note(format!("together, calF has spectral radius {rho:.6}, must be below 1"));
+    error.help(if given {
+        "leave Kx and Ke out and let the Riccati equation choose them, or check their signs: u = Kx x + Ke e with e the integral of (y_ref - y)"
+    } else {
+        "change `reference-weights` (a smaller Qe integrates more slowly), check that each output is paired with the input that moves it most, or merge subsystems"
+    })
+}
+
+/// A label on each `from` table, so that the couplings stand in the message.
+fn coupling_labels(mut error: Diagnostic, network: &Network) -> Diagnostic {
+    for s in &network.subsystems {
+        for (&j, place) in &s.places.from {
+            error = error.at(place.clone(), format!("`{}` acts on `{}` here", network.subsystems[j].name, s.name));
+        }
+    }
+    if error.labels.is_empty() {
+        for s in &network.subsystems {
+            error = error.at(s.places.header.clone(), "one of the subsystems");
+        }
+    }
+    error
 }

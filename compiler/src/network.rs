@@ -1,11 +1,33 @@
 //! The validated model, in the interaction form (1)-(4).
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
+mod blocks;
+mod collective;
+mod constraints;
+mod form;
+mod interaction;
+mod limits;
+mod model;
+mod roster;
+mod rows;
+mod settings;
+mod shape;
+mod tuning;
+mod weights;
+mod words;
+
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::diagnostic::{Place, Source};
+/// q of (6), (30).
+pub use crate::convex::RateNorm as Norm;
+use crate::diagnostic::{Diagnostics, Place, Source};
+use crate::spec::{self, Spec};
+use form::Form;
+use limits::{Space, polytope};
+use model::Model;
+use roster::{Member, Roster};
 
 /// The network of subsystems the paper's Section II describes.
 ///
@@ -38,13 +60,6 @@ pub struct Reference {
     pub gamma: f64,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Norm {
-    One,
-    Two,
-    Inf,
-}
-
 /// What the sizing program should favour; see [`crate::sizing`].
 #[derive(Debug, Clone)]
 pub struct Wishes {
@@ -57,6 +72,8 @@ pub struct Wishes {
     pub terminal_weight: f64,
     /// Weight of the logarithm of epsilon, where epsilon is free.
     pub epsilon_weight: f64,
+    /// How much support in a needed direction a facet of E_i or Sigma_i must be worth, relative.
+    pub facet_loss: f64,
     /// Ask for Y_i = -Y_i.
     pub symmetric: bool,
 }
@@ -172,7 +189,143 @@ pub struct SubsystemPlaces {
     pub from: BTreeMap<usize, Place>,
 }
 
+impl Network {
+    /// Resolves, checks and lowers what the file says; `source` is the text `spec` was read from.
+    ///
+    /// # Errors
+    /// All mistakes of the first of these phases that finds any: names, matrices and constraints, sets and tuning.
+    pub fn new(spec: &Spec, source: Source) -> Result<Self, Diagnostics> {
+        let form = Form::of(spec)?;
+        let (settings, roster) = names(spec)?;
+        let (models, constraints) = matrices(form, spec, &roster)?;
+        let subsystems = subsystems(spec, &roster, &models, settings.reference.gamma)?;
+        Ok(Self {
+            name: spec.name.value.clone(),
+            sample_time: settings.sample_time,
+            horizon: settings.horizon,
+            reference: settings.reference,
+            wishes: settings.wishes,
+            subsystems,
+            coupling_constraints: constraints,
+            source,
+            places: NetworkPlaces::of(spec),
+        })
+    }
+}
+
+fn names(spec: &Spec) -> Result<(settings::Settings, Roster), Diagnostics> {
+    let mut errors = Diagnostics::default();
+    let settings = settings::settings(spec, &mut errors);
+    let roster = Roster::new(spec, &mut errors);
+    errors.finish(settings.map(|settings| (settings, roster)))
+}
+
+/// Every model in interaction form, the outputs of coupling constraints among the coupling outputs.
+fn matrices(form: Form, spec: &Spec, roster: &Roster) -> Result<(Vec<Model>, Vec<CouplingConstraint>), Diagnostics> {
+    let mut errors = Diagnostics::default();
+    let models = model::models(form, spec, roster, &mut errors);
+    let constraints = constraints::constraints(spec, roster, &mut errors);
+    let (mut models, constraints) = errors.finish(models.zip(constraints))?;
+    constraints::export_outputs(&mut models, &constraints);
+    let constraints = constraints.into_iter().map(|constraint| constraints::resolve(constraint, &models)).collect();
+    Ok((models, constraints))
+}
+
+fn subsystems(spec: &Spec, roster: &Roster, models: &[Model], gamma: f64) -> Result<Vec<Subsystem>, Diagnostics> {
+    let mut errors = Diagnostics::default();
+    let indices = 0..models.len();
+    let all: Vec<_> = indices.map(|i| subsystem(i, spec, roster, &models[i], gamma, &mut errors)).collect();
+    errors.finish(all.into_iter().collect())
+}
+
+fn subsystem(
+    i: usize,
+    spec: &Spec,
+    roster: &Roster,
+    model: &Model,
+    gamma: f64,
+    errors: &mut Diagnostics,
+) -> Option<Subsystem> {
+    let (given, member) = (&spec.subsystems[i], &roster.members[i]);
+    let coupling_outputs = coupling_outputs(model, member);
+    let X = polytope(&space("x", "state", &member.states, member), &given.x, errors);
+    let U = polytope(&space("u", "input", &member.inputs, member), &given.u, errors);
+    let weights = tuning::weights(given, member, gamma, spec, errors);
+    let gains = weights.as_ref().and_then(|weights| tuning::gains(given, member, weights, errors));
+    let cover = X.as_ref().and_then(|X| tuning::cover(&given.cover, member, &model.C, X, errors));
+    let reserve = tuning::reserve(&given.reserve, member, &coupling_outputs, errors);
+    let (Model { A, B, C, E, L, Cz, Dz }, weights) = (model.clone(), weights?);
+    Some(Subsystem {
+        name: member.name.clone(),
+        states: member.states.clone(),
+        inputs: member.inputs.clone(),
+        outputs: member.outputs.clone(),
+        A,
+        B,
+        C,
+        E,
+        L,
+        Cz,
+        Dz,
+        coupling_outputs,
+        X: X?,
+        U: U?,
+        Q: weights.Q,
+        R: weights.R,
+        T: weights.T,
+        gains: gains?,
+        cover: cover?,
+        reserve: reserve?,
+        places: SubsystemPlaces::of(given, spec, roster),
+    })
+}
+
+fn space<'a>(key: &str, kind: &'static str, signals: &'a [Signal], member: &Member) -> Space<'a> {
+    Space { what: format!("`{key}` of subsystem `{}`", member.name), kind, signals }
+}
+
+fn coupling_outputs(model: &Model, member: &Member) -> Vec<String> {
+    let signals: Vec<_> = member.states.iter().chain(&member.inputs).cloned().collect();
+    model.coupling_rows().iter().map(|row| words::combination(row.as_slice(), &signals)).collect()
+}
+
+impl NetworkPlaces {
+    fn of(spec: &Spec) -> Self {
+        Self {
+            epsilon: spec.reference.epsilon.as_ref().map(|epsilon| epsilon.place.clone()),
+            horizon: Some(spec.horizon.place.clone()),
+            sizing: spec.sizing.place.clone(),
+        }
+    }
+}
+
 impl SubsystemPlaces {
+    fn of(given: &spec::Subsystem, spec: &Spec, roster: &Roster) -> Self {
+        let place = |matrix: &Option<spec::Matrix>| matrix.as_ref().map(|matrix| matrix.place.clone());
+        let whole = |matrix: fn(&spec::Collective) -> &spec::Matrix| {
+            spec.collective.as_ref().map(|collective| matrix(collective).place.clone())
+        };
+        let index = |import: &spec::Import| {
+            let j = roster.members.iter().position(|member| member.name == import.neighbour.value)?;
+            Some((j, import.neighbour.place.clone()))
+        };
+        Self {
+            header: given.name.place.clone(),
+            A: place(&given.A).or_else(|| whole(|collective| &collective.A)),
+            B: place(&given.B).or_else(|| whole(|collective| &collective.B)),
+            C: place(&given.C).or_else(|| whole(|collective| &collective.C)),
+            X: given.x.as_ref().map(|bounds| bounds.place.clone()),
+            U: given.u.as_ref().map(|bounds| bounds.place.clone()),
+            K: place(&given.K),
+            calK: place(&given.Kx),
+            weights: given.gain_weights.place.clone(),
+            reference_weights: given.reference_weights.place.clone(),
+            cover: given.cover_place.clone(),
+            reserve: given.reserve.as_ref().map(spec::PerSignal::place),
+            from: given.from.iter().filter_map(index).collect(),
+        }
+    }
+
     /// `place` where the file states it, else the subsystem's header.
     pub fn or_header(&self, place: &Option<Place>) -> Place {
         place.clone().unwrap_or_else(|| self.header.clone())

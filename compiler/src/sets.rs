@@ -1,1 +1,519 @@
-//! Steps 2 and 3: the shapes of the sets, their invariance multipliers, support sums, and the small gain.
+//! Steps 2 and 3 of the off-line design: the shapes of the sets, their invariance multipliers, the support sums of
+//! Delta^chi, and the small gain.
+#![expect(non_snake_case, reason = "the paper's symbols")]
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::convex::{Invariant, PowerSum, multiplier, multipliers, rpi_on_normals};
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::gains::{Gains, SubsystemGains};
+use crate::network::{Network, Subsystem};
+use crate::optim::lyapunov::spectral_radius;
+use crate::optim::rounding::sum_upper;
+
+/// After this point: on the normals of each E_i a robustly positively invariant set exists, on those of each Sigma_i
+/// a positively invariant one, both with their multipliers; the small-gain matrix has a spectral radius below 1 and
+/// so has its counterpart on these normals; every truncated sum carries a proved tail.
+#[derive(Debug)]
+pub struct Sets {
+    pub subsystems: Vec<SubsystemSets>,
+    /// S of Assumption 4, over the coupling outputs of all subsystems: with boxes, Z_i that satisfy (21) exist if and
+    /// only if its spectral radius is below 1.
+    pub small_gain: DMatrix<f64>,
+    pub rho_small_gain: f64,
+    /// The same radius with E_i restricted to its normals.
+    pub rho_on_normals: f64,
+    /// First coupling output of each subsystem in `small_gain`.
+    pub z_offset: Vec<usize>,
+    /// Per coupling constraint and member j: support of Delta_j^chi in direction H_h^[j] [C_j 0], per unit of epsilon.
+    pub coupling: Vec<BTreeMap<usize, f64>>,
+}
+
+#[derive(Debug)]
+pub struct SubsystemSets {
+    /// Normals of E_i, rows of unit length, and its multipliers at a nominal size.
+    pub tube_normals: DMatrix<f64>,
+    pub tube: Invariant,
+    /// Normals of Sigma_i and its multipliers at a nominal size.
+    pub terminal_normals: DMatrix<f64>,
+    pub terminal: Invariant,
+    /// |w_k| <= floor_k: the part of W_i that stands for finite arithmetic; see [`FLOOR`].
+    pub floor: DVector<f64>,
+    /// The rows of X_i and of U_i, as seen by the references.
+    pub x_rows: Vec<ReferenceShare>,
+    pub u_rows: Vec<ReferenceShare>,
+}
+
+/// What the references may take of one row of X_i x U_i, (25b).
+#[derive(Debug, Clone)]
+pub struct ReferenceShare {
+    /// Support of Delta_i^chi in the row's direction, per unit of epsilon.
+    pub rate: f64,
+    /// The row on the steady state of (9): coefficients over the collective y.
+    pub steady: DVector<f64>,
+    /// Bound of the rounding error of each entry of `steady`.
+    pub steady_error: f64,
+}
+
+/// W_i = E_i S_i is usually flat and may be {0}; real arithmetic is neither. Every W_i therefore contains a box of
+/// this half-width relative to the range of each state, which makes E_i full-dimensional ("an arbitrarily small
+/// positively invariant set", Section V) and covers the rounding of the on-line step.
+pub const FLOOR: f64 = 1e-8;
+
+impl Sets {
+    /// # Errors
+    /// E0301 the small-gain radius is not below 1 (Assumption 4); E0302 no invariant set was found on any normals
+    /// tried; E0303 the normals tried lose too much for Assumption 4.
+    pub fn new(network: &Network, gains: &Gains) -> Result<Self, Diagnostics> {
+        let z_offset = z_offsets(network);
+        let small_gain = small_gain(network, gains, &z_offset);
+        let rho_small_gain = spectral_radius(&small_gain);
+        if !(rho_small_gain < 1.0) {
+            return Err(small_gain_fails(network, &small_gain, &z_offset, rho_small_gain).into());
+        }
+        let zeta = nominal_zeta(network, &small_gain, &z_offset);
+        let references = References::new(network, gains)?;
+        let (shapes, rho_on_normals) = tubes(network, gains, &zeta, &z_offset)?;
+        let mut subsystems = Vec::new();
+        for (i, (tube_normals, tube)) in shapes.into_iter().enumerate() {
+            let (s, g) = (&network.subsystems[i], &gains.subsystems[i]);
+            let (terminal_normals, terminal) = terminal(s, g, network.wishes.facet_loss)?;
+            let (x_rows, u_rows) = references.shares(i, s, g);
+            let floor = floor(s);
+            subsystems.push(SubsystemSets {
+                tube_normals,
+                tube,
+                terminal_normals,
+                terminal,
+                floor,
+                x_rows,
+                u_rows,
+            });
+        }
+        let coupling = references.coupling(network);
+        Ok(Self { subsystems, small_gain, rho_small_gain, rho_on_normals, z_offset, coupling })
+    }
+}
+
+/// What neighbour j's deviation does to the rows of P: |P E_i L_ij|, r x (coupling outputs of j).
+pub fn import_gain(P: &DMatrix<f64>, s: &Subsystem, j: usize) -> DMatrix<f64> {
+    // Three products of at most a few hundred terms: 1e-13 relative covers their rounding.
+    (P.abs() * s.E.abs() * s.L[&j].abs()).zip_map(&(P * &s.E * &s.L[&j]), |size, value| value.abs() + 1e-13 * size)
+}
+
+/// Support of the floor box in the rows of P.
+pub fn floor_support(P: &DMatrix<f64>, floor: &DVector<f64>) -> DVector<f64> {
+    DVector::from_fn(P.nrows(), |r, _| sum_upper(P.row(r).iter().zip(floor).map(|(p, w)| p.abs() * w)))
+}
+
+/// Rows in which E_i and Sigma_i are needed: those of X_i, of U_i through K_i, and of z_i.
+pub fn needed_directions(s: &Subsystem, g: &SubsystemGains) -> DMatrix<f64> {
+    stack(&[&s.X.H, &(&s.U.H * &g.K), &closed_loop_z(s, g)])
+}
+
+/// C_zi + D_zi K_i.
+pub fn closed_loop_z(s: &Subsystem, g: &SubsystemGains) -> DMatrix<f64> {
+    &s.Cz + &s.Dz * &g.K
+}
+
+fn stack(parts: &[&DMatrix<f64>]) -> DMatrix<f64> {
+    let rows: Vec<_> = parts.iter().flat_map(|part| part.row_iter()).collect();
+    if rows.is_empty() { DMatrix::zeros(0, parts[0].ncols()) } else { DMatrix::from_rows(&rows) }
+}
+
+fn z_offsets(network: &Network) -> Vec<usize> {
+    let sizes = network.subsystems.iter().map(Subsystem::nz);
+    sizes.scan(0, |next, size| Some(std::mem::replace(next, *next + size))).collect()
+}
+
+/// Half of the range of each state that its own bounds leave, else 1.
+fn state_scale(s: &Subsystem) -> DVector<f64> {
+    DVector::from_fn(s.n(), |k, _| {
+        let axis_bounds = (0..s.X.h.len()).filter(|&r| {
+            let row = s.X.H.row(r);
+            row[k] != 0.0 && row.iter().filter(|value| **value != 0.0).count() == 1
+        });
+        axis_bounds.map(|r| (s.X.h[r] / s.X.H[(r, k)]).abs()).reduce(f64::max).unwrap_or(1.0)
+    })
+}
+
+fn floor(s: &Subsystem) -> DVector<f64> {
+    state_scale(s) * FLOOR
+}
+
+/// S_ij = sum over k of |(C_zi + D_zi K_i) F_ii^k E_i L_ij|, entrywise, with the tail in the norm of F_ii.
+fn small_gain(network: &Network, gains: &Gains, z_offset: &[usize]) -> DMatrix<f64> {
+    let size = network.subsystems.iter().map(Subsystem::nz).sum();
+    let mut S = DMatrix::zeros(size, size);
+    for (i, s) in network.subsystems.iter().enumerate() {
+        for (&j, L) in &s.L {
+            let block = power_sum(&closed_loop_z(s, &gains.subsystems[i]), &gains.subsystems[i], &(&s.E * L));
+            S.view_mut((z_offset[i], z_offset[j]), block.shape()).copy_from(&block);
+        }
+    }
+    S
+}
+
+/// Upper bound of sum over k of |C F^k B|, entrywise.
+fn power_sum(C: &DMatrix<f64>, g: &SubsystemGains, B: &DMatrix<f64>) -> DMatrix<f64> {
+    let columns: Vec<f64> = B.column_iter().map(|b| g.contraction.norm(&b.into_owned())).collect();
+    let geometric = 1.0 / (1.0 - g.contraction.lambda);
+    let mut sum = DMatrix::zeros(C.nrows(), B.ncols());
+    let mut row = C.clone();
+    loop {
+        let dual: Vec<f64> = row.row_iter().map(|c| g.contraction.dual_norm(&c.transpose())).collect();
+        let tail = DMatrix::from_fn(C.nrows(), B.ncols(), |i, j| dual[i] * columns[j] * geometric);
+        if tail.iter().zip(&sum).all(|(tail, sum)| *tail <= 1e-10 * sum || *tail < f64::MIN_POSITIVE) {
+            // The relative rounding of the powers stays far below 1e-9 for every contraction that could be proved.
+            return (sum + tail) * (1.0 + 1e-9);
+        }
+        sum += (&row * B).abs();
+        row *= &g.F;
+    }
+}
+
+/// Half-widths of Z_i for Delta_i^z of natural size: (I - S)^-1 times the range of z.
+fn nominal_zeta(network: &Network, S: &DMatrix<f64>, z_offset: &[usize]) -> DVector<f64> {
+    let n = S.nrows();
+    let mut dz = DVector::zeros(n);
+    for (i, s) in network.subsystems.iter().enumerate() {
+        let range = s.Cz.abs() * state_scale(s) + s.Dz.abs() * DVector::from_element(s.m(), 1.0);
+        dz.rows_mut(z_offset[i], s.nz()).copy_from(&range.map(|r| 0.01 * r.max(1e-6)));
+    }
+    (DMatrix::identity(n, n) - S).lu().solve(&dz).unwrap_or(dz)
+}
+
+/// Normals and nominal tube of every subsystem, with the radius of the small gain on these normals. More powers of
+/// F_ii are added as normals until that radius is below 1.
+fn tubes(
+    network: &Network,
+    gains: &Gains,
+    zeta: &DVector<f64>,
+    z_offset: &[usize],
+) -> Result<(Vec<(DMatrix<f64>, Invariant)>, f64), Diagnostics> {
+    let mut last = f64::INFINITY;
+    for fewest in 0..MORE_POWERS {
+        let mut shapes = Vec::new();
+        for (i, s) in network.subsystems.iter().enumerate() {
+            let g = &gains.subsystems[i];
+            let r = |P: &DMatrix<f64>| disturbance(P, s, zeta, z_offset);
+            let made = shape(s, g, fewest, network.wishes.facet_loss, r);
+            shapes.push(made.ok_or_else(|| no_invariant_set(s, g, "E_i"))?);
+        }
+        last = spectral_radius(&loop_matrix(network, gains, &shapes, z_offset));
+        if last < 1.0 - 1e-6 {
+            return Ok((shapes, last));
+        }
+    }
+    Err(normals_lose_too_much(network, last).into())
+}
+
+const MORE_POWERS: usize = 6;
+
+/// Support of W_i, Z_j boxes of half-widths zeta, in the rows of P.
+fn disturbance(P: &DMatrix<f64>, s: &Subsystem, zeta: &DVector<f64>, z_offset: &[usize]) -> DVector<f64> {
+    let mut support = floor_support(P, &floor(s));
+    for (&j, L) in &s.L {
+        support += import_gain(P, s, j) * zeta.rows(z_offset[j], L.ncols());
+    }
+    support
+}
+
+/// The map zeta -> half-widths of (C_zi + D_zi K_i) E_i on the chosen normals, homogeneous part.
+fn loop_matrix(
+    network: &Network,
+    gains: &Gains,
+    shapes: &[(DMatrix<f64>, Invariant)],
+    z_offset: &[usize],
+) -> DMatrix<f64> {
+    let size = network.subsystems.iter().map(Subsystem::nz).sum();
+    let mut matrix = DMatrix::zeros(size, size);
+    for (i, s) in network.subsystems.iter().enumerate() {
+        let (P, tube) = &shapes[i];
+        let z_rows = closed_loop_z(s, &gains.subsystems[i]);
+        let Some(mu) = multipliers(P, &tube.q, &z_rows) else { continue };
+        let mu = DMatrix::from_fn(mu.len(), P.nrows(), |a, b| mu[a].mu[b].abs());
+        let size = P.nrows();
+        for (&j, L) in &s.L {
+            let offsets = (DMatrix::identity(size, size) - tube.abs_Lambda()).lu().solve(&import_gain(P, s, j));
+            let block = offsets.map_or(DMatrix::from_element(s.nz(), L.ncols(), f64::INFINITY), |offsets| &mu * offsets);
+            matrix.view_mut((z_offset[i], z_offset[j]), block.shape()).copy_from(&block);
+        }
+    }
+    matrix
+}
+
+/// Sigma_i's normals: positively invariant at the size that a disturbance as large as the state's range would need.
+fn terminal(s: &Subsystem, g: &SubsystemGains, loss: f64) -> Result<(DMatrix<f64>, Invariant), Diagnostics> {
+    let scale = state_scale(s);
+    shape(s, g, 0, loss, |P| floor_support(P, &scale)).ok_or_else(|| no_invariant_set(s, g, "Sigma_i").into())
+}
+
+/// Normals on which an invariant set exists: the needed directions, then times powers of F_ii until one does (for a
+/// Schur matrix some power contracts, so this ends), then without those that are not worth their facets.
+fn shape(
+    s: &Subsystem,
+    g: &SubsystemGains,
+    fewest: usize,
+    loss: f64,
+    r: impl Fn(&DMatrix<f64>) -> DVector<f64>,
+) -> Option<(DMatrix<f64>, Invariant)> {
+    let needed = needed_directions(s, g);
+    for powers in (fewest..).take_while(|&powers| powers <= fewest + MOST_POWERS) {
+        let P = normals(&needed, &g.F, powers);
+        if let Some(set) = rpi_on_normals(&P, &g.F, &r(&P)) {
+            return Some(fewer_facets(P, set, &needed, &g.F, loss, &r));
+        }
+    }
+    None
+}
+
+const MOST_POWERS: usize = 24;
+
+/// Normals closer than about 1e-4 rad count as one: two of them would only cost accuracy.
+const PARALLEL: f64 = 1e-8;
+
+/// Unit rows without repetition: `needed`, what is missing to full rank, and all of these times F, ..., F^powers.
+fn normals(needed: &DMatrix<f64>, F: &DMatrix<f64>, powers: usize) -> DMatrix<f64> {
+    let n = F.nrows();
+    let mut rows: Vec<DVector<f64>> = Vec::new();
+    let mut add = |row: DVector<f64>| {
+        let norm = row.norm();
+        let unit = if norm > 1e-12 { row / norm } else { return };
+        if rows.iter().all(|other| other.dot(&unit).abs() < 1.0 - PARALLEL) {
+            rows.push(unit);
+        }
+    };
+    let base = stack(&[&complete(needed), &DMatrix::zeros(0, n)]);
+    let mut block = base;
+    for _ in 0..=powers {
+        block.row_iter().for_each(|row| add(row.transpose()));
+        block *= F;
+    }
+    DMatrix::from_rows(&rows.iter().map(|row| row.transpose()).collect::<Vec<_>>())
+}
+
+/// `needed` and unit rows for the states it says nothing about, so that the set is bounded.
+fn complete(needed: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = needed.ncols();
+    let mut rows = needed.clone();
+    for k in 0..n {
+        if rank(&rows) == n {
+            break;
+        }
+        let axis = DMatrix::from_fn(1, n, |_, j| f64::from(j == k));
+        let longer = stack(&[&rows, &axis]);
+        if rank(&longer) > rank(&rows) {
+            rows = longer;
+        }
+    }
+    rows
+}
+
+fn rank(rows: &DMatrix<f64>) -> usize {
+    if rows.nrows() == 0 {
+        return 0;
+    }
+    let singular = rows.singular_values();
+    singular.iter().filter(|value| **value > 1e-9 * singular.max()).count()
+}
+
+/// Leaves out every normal whose absence costs less than `loss` (relative) in each needed direction.
+fn fewer_facets(
+    P: DMatrix<f64>,
+    set: Invariant,
+    needed: &DMatrix<f64>,
+    F: &DMatrix<f64>,
+    loss: f64,
+    r: &impl Fn(&DMatrix<f64>) -> DVector<f64>,
+) -> (DMatrix<f64>, Invariant) {
+    let Some(limit) = supports(&P, &set.q, needed).map(|s| s * (1.0 + loss)) else { return (P, set) };
+    let (mut P, mut set) = (P, set);
+    for k in (0..P.nrows()).rev() {
+        let shorter = P.clone().remove_row(k);
+        if shorter.nrows() < P.ncols() || rank(&shorter) < P.ncols() {
+            continue;
+        }
+        let Some(candidate) = rpi_on_normals(&shorter, F, &r(&shorter)) else { continue };
+        let good = supports(&shorter, &candidate.q, needed)
+            .is_some_and(|support| support.iter().zip(&limit).all(|(s, l)| s <= l));
+        if good {
+            (P, set) = (shorter, candidate);
+        }
+    }
+    (P, set)
+}
+
+fn supports(P: &DMatrix<f64>, q: &DVector<f64>, needed: &DMatrix<f64>) -> Option<DVector<f64>> {
+    let values: Option<Vec<f64>> =
+        needed.row_iter().map(|row| multiplier(P, q, &row.transpose()).map(|m| m.on(q))).collect();
+    values.map(DVector::from_vec)
+}
+
+/// The reference system's steady states and Delta^chi, (9)-(13).
+struct References {
+    steady: DMatrix<f64>,
+    /// Per column of `steady`, its error in the norm of `contraction`.
+    steady_error: Vec<f64>,
+    sum: PowerSum,
+    gains_contraction: crate::optim::lyapunov::Contraction,
+    chi_offset: Vec<usize>,
+    size: usize,
+}
+
+impl References {
+    fn new(network: &Network, gains: &Gains) -> Result<Self, Diagnostics> {
+        let steady = gains.steady().ok_or_else(|| no_steady_state(network))?;
+        let size = gains.calF.nrows();
+        let defect = &steady - &gains.calF * &steady - &gains.calG;
+        let geometric = 1.0 / (1.0 - gains.contraction.lambda);
+        let rounding = 4.0 * (size + 4) as f64 * f64::EPSILON;
+        // The computed defect is itself rounded: its bound joins it. P <= |P| I turns Euclid into the norm of P.
+        let norm_of_unit = gains.contraction.P.norm().sqrt();
+        let steady_error: Vec<f64> = (0..steady.ncols())
+            .map(|j| {
+                let column = steady.column(j);
+                let blur = rounding * (column.norm() * (1.0 + gains.calF.norm()) + 1.0);
+                (gains.contraction.norm(&defect.column(j).into_owned()) + blur * norm_of_unit) * geometric
+            })
+            .collect();
+        let W = -(&gains.calF * &steady);
+        // W = -F (I - F)^-1 G: what F does to the error of `steady` is smaller still in a norm that F contracts.
+        let error: Vec<f64> = (0..steady.ncols())
+            .map(|j| steady_error[j] + rounding * gains.calF.norm() * steady.column(j).norm() * norm_of_unit)
+            .collect();
+        let blocks = network.subsystems.iter().map(Subsystem::p).collect();
+        let sum = PowerSum::new(
+            gains.calF.clone(),
+            W,
+            blocks,
+            network.reference.norm,
+            gains.contraction.clone(),
+            &error,
+        );
+        let gains_contraction = gains.contraction.clone();
+        Ok(Self { steady, steady_error, sum, gains_contraction, chi_offset: gains.chi_offset.clone(), size })
+    }
+
+    /// The rows of X_i on xref and of U_i on uref = calK chi.
+    fn shares(&self, i: usize, s: &Subsystem, g: &SubsystemGains) -> (Vec<ReferenceShare>, Vec<ReferenceShare>) {
+        let on_u = &s.U.H * g.calK();
+        let x_rows = s.X.H.row_iter().map(|row| self.share(i, row.iter().copied())).collect();
+        let u_rows = on_u.row_iter().map(|row| self.share(i, row.iter().copied())).collect();
+        (x_rows, u_rows)
+    }
+
+    fn share(&self, i: usize, row: impl Iterator<Item = f64>) -> ReferenceShare {
+        let d = self.direction(i, row);
+        let worst = self.steady_error.iter().copied().fold(0.0, f64::max);
+        let rounding = 2.0 * (d.len() + 4) as f64 * f64::EPSILON * self.steady.amax() * d.abs().sum();
+        ReferenceShare {
+            rate: self.sum.support(&d),
+            steady: self.steady.tr_mul(&d),
+            steady_error: self.gains_contraction.dual_norm(&d) * worst + rounding,
+        }
+    }
+
+    /// A row over chi_i as a row over the collective chi; entries past the given ones are zero.
+    fn direction(&self, i: usize, row: impl Iterator<Item = f64>) -> DVector<f64> {
+        let mut d = DVector::zeros(self.size);
+        for (k, value) in row.enumerate() {
+            d[self.chi_offset[i] + k] = value;
+        }
+        d
+    }
+
+    fn coupling(&self, network: &Network) -> Vec<BTreeMap<usize, f64>> {
+        let rate = |j: usize, H: &DVector<f64>| {
+            let row = network.subsystems[j].C.tr_mul(H);
+            self.sum.support(&self.direction(j, row.iter().copied()))
+        };
+        let constraints = network.coupling_constraints.iter();
+        constraints.map(|c| c.H.iter().map(|(&j, H)| (j, rate(j, H))).collect()).collect()
+    }
+}
+
+fn no_steady_state(network: &Network) -> Diagnostic {
+    let mut error = Diagnostic::error("E0304", "the steady states of the references cannot be computed to working accuracy");
+    for s in &network.subsystems {
+        error = error.at(s.places.header.clone(), "one of the subsystems");
+    }
+    error
+        .note("I - calF is singular in double precision although calF is stable: some closed-loop mode is extremely slow")
+        .help("choose faster gains (a larger Qe in `reference-weights`) or a longer sample time")
+}
+
+fn no_invariant_set(s: &Subsystem, g: &SubsystemGains, set: &str) -> Diagnostic {
+    Diagnostic::error("E0302", format!("no invariant set {set} was found for subsystem `{}`", s.name))
+        .at(s.places.header.clone(), format!("F_ii has spectral radius {:.6}", g.rho_F))
+        .note(format!(
+            "tried as normals: the rows of x, of u through K, of the coupling outputs, and these times up to {MOST_POWERS} powers of F_ii"
+        ))
+        .help("a faster or better damped local gain helps: a larger Q or a smaller R in `gain-weights`")
+}
+
+fn normals_lose_too_much(network: &Network, radius: f64) -> Diagnostic {
+    let mut error = Diagnostic::error("E0303", "the tubes with few facets do not close the small-gain loop");
+    for s in &network.subsystems {
+        error = error.at(s.places.header.clone(), "one of the subsystems");
+    }
+    error
+        .note(format!("Assumption 4 holds for the exact sets, but with up to {MORE_POWERS} powers of F_ii as normals the loop gain is {radius:.4}, must be below 1"))
+        .help("a smaller `facet-loss` in [sizing] keeps more facets; gains with a smaller small-gain radius leave more room")
+}
+
+/// Names the loop that carries the small-gain radius: follow, from the largest entry of the Perron vector, the
+/// neighbour that contributes most, until a subsystem repeats.
+fn small_gain_fails(network: &Network, S: &DMatrix<f64>, z_offset: &[usize], rho: f64) -> Diagnostic {
+    let path = strongest_loop(S, &owners(network, z_offset));
+    let names: Vec<&str> = path.iter().map(|&i| network.subsystems[i].name.as_str()).collect();
+    let mut error = Diagnostic::error("E0301", "the subsystems disturb each other too much (Assumption 4)");
+    for (&i, &j) in path.iter().zip(path.iter().cycle().skip(1)) {
+        if let Some(place) = network.subsystems[i].places.from.get(&j) {
+            let (to, from) = (&network.subsystems[i].name, &network.subsystems[j].name);
+            let gain = block_gain(network, S, z_offset, i, j);
+            error = error.at(place.clone(), format!("`{from}` acts on `{to}` with gain {gain:.4}"));
+        }
+    }
+    if error.labels.is_empty() {
+        for &i in &path {
+            error = error.at(network.subsystems[i].places.header.clone(), "in the loop");
+        }
+    }
+    error
+        .note(format!("the small-gain matrix has spectral radius {rho:.4}, must be below 1; the loop to blame is {} -> {}", names.join(" -> "), names[0]))
+        .help("weaken the loop: gains that reject what these neighbours send (a larger Q on the states they act on, in `gain-weights`), or merge the subsystems of the loop into one")
+}
+
+fn owners(network: &Network, z_offset: &[usize]) -> Vec<usize> {
+    let mut owners = Vec::new();
+    for (i, s) in network.subsystems.iter().enumerate() {
+        debug_assert_eq!(owners.len(), z_offset[i]);
+        owners.extend(std::iter::repeat_n(i, s.nz()));
+    }
+    owners
+}
+
+fn strongest_loop(S: &DMatrix<f64>, owners: &[usize]) -> Vec<usize> {
+    let mut v = DVector::from_element(S.nrows(), 1.0);
+    for _ in 0..1000 {
+        // Half a step of the identity makes the iteration converge on periodic loops too.
+        let next: DVector<f64> = S * &v + &v;
+        v = &next / next.amax();
+    }
+    let mut row = v.imax();
+    let mut path: Vec<usize> = Vec::new();
+    loop {
+        if let Some(start) = path.iter().position(|&i| i == owners[row]) {
+            return path.split_off(start);
+        }
+        path.push(owners[row]);
+        row = S.row(row).transpose().component_mul(&v).imax();
+    }
+}
+
+fn block_gain(network: &Network, S: &DMatrix<f64>, z_offset: &[usize], i: usize, j: usize) -> f64 {
+    S.view((z_offset[i], z_offset[j]), (network.subsystems[i].nz(), network.subsystems[j].nz())).amax()
+}

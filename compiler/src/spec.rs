@@ -1,0 +1,230 @@
+//! The file as written; no other module knows TOML.
+#![expect(non_snake_case, reason = "the paper's symbols")]
+
+mod nearest;
+mod read;
+mod table;
+mod value;
+
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, Source, code};
+use crate::network::{Norm, Signal};
+pub(crate) use nearest::did_you_mean;
+use table::Table;
+use toml::de::DeTable;
+
+/// The file as written.
+///
+/// After this point: the text is TOML, every value has the right kind and knows its place, no number is NaN,
+/// infinities stand in bounds only, and unknown keys were refused. Nothing is resolved or compared yet.
+#[derive(Debug, Clone)]
+pub struct Spec {
+    pub name: At<String>,
+    /// Seconds.
+    pub sample_time: At<f64>,
+    pub horizon: At<i64>,
+    pub reference: Reference,
+    pub sizing: Sizing,
+    pub collective: Option<Collective>,
+    /// In the order of the file.
+    pub subsystems: Vec<Subsystem>,
+    pub coupling_constraints: Vec<CouplingConstraint>,
+}
+
+/// A value and the bytes it was read from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct At<T> {
+    pub value: T,
+    pub place: Place,
+}
+
+pub type Row = At<Vec<At<f64>>>;
+/// A list of rows, perhaps of different lengths.
+pub type Matrix = At<Vec<Row>>;
+/// Names with units, in the order of the matrices' rows or columns.
+pub type Signals = At<Vec<At<Signal>>>;
+
+/// `[reference]`
+#[derive(Debug, Clone, Default)]
+pub struct Reference {
+    pub epsilon: Option<At<f64>>,
+    pub norm: Option<Norm>,
+    pub gamma: Option<At<f64>>,
+}
+
+/// `[sizing]`
+#[derive(Debug, Clone, Default)]
+pub struct Sizing {
+    pub place: Option<Place>,
+    pub y_weight: Option<At<f64>>,
+    pub reserve_weight: Option<At<f64>>,
+    pub terminal_weight: Option<At<f64>>,
+    pub epsilon_weight: Option<At<f64>>,
+    pub facet_loss: Option<At<f64>>,
+    pub symmetric: Option<bool>,
+}
+
+/// `[collective]`: model (5).
+#[derive(Debug, Clone)]
+pub struct Collective {
+    pub place: Place,
+    pub states: Signals,
+    pub inputs: Signals,
+    pub outputs: Signals,
+    pub A: Matrix,
+    pub B: Matrix,
+    pub C: Matrix,
+}
+
+/// `[subsystem.NAME]`; which of the matrices must be there depends on the way the network is stated.
+#[derive(Debug, Clone)]
+pub struct Subsystem {
+    /// Its place is the NAME in `[subsystem.NAME]`.
+    pub name: At<String>,
+    pub states: Signals,
+    pub inputs: Signals,
+    pub outputs: Signals,
+    pub A: Option<Matrix>,
+    pub B: Option<Matrix>,
+    pub C: Option<Matrix>,
+    pub E: Option<Matrix>,
+    pub Cz: Option<Matrix>,
+    pub Dz: Option<Matrix>,
+    pub x: Option<Bounds>,
+    pub u: Option<Bounds>,
+    pub Q: Option<Weight>,
+    pub R: Option<Weight>,
+    pub T: Option<Weight>,
+    pub K: Option<Matrix>,
+    pub Kx: Option<Matrix>,
+    pub Ke: Option<Matrix>,
+    pub gain_weights: RiccatiWeights,
+    pub reference_weights: RiccatiWeights,
+    pub cover: Vec<Cover>,
+    pub cover_place: Option<Place>,
+    pub reserve: Option<PerSignal>,
+    pub from: Vec<Import>,
+}
+
+/// `gain-weights` or `reference-weights`.
+#[derive(Debug, Clone, Default)]
+pub struct RiccatiWeights {
+    pub place: Option<Place>,
+    pub Q: Option<Weight>,
+    /// Only in `reference-weights`.
+    pub Qe: Option<Weight>,
+    pub R: Option<Weight>,
+}
+
+/// One entry of `cover`: set-points in `[low, high]` of an output.
+#[derive(Debug, Clone)]
+pub struct Cover {
+    pub output: At<String>,
+    pub interval: At<(f64, f64)>,
+}
+
+/// `[subsystem.NAME.from.NEIGHBOUR]`: what the neighbour does to this subsystem.
+#[derive(Debug, Clone)]
+pub struct Import {
+    pub neighbour: At<String>,
+    pub A: Option<Matrix>,
+    pub B: Option<Matrix>,
+    pub L: Option<Matrix>,
+}
+
+#[derive(Debug, Clone)]
+pub enum Weight {
+    Scalar(At<f64>),
+    Diagonal(Row),
+    Full(Matrix),
+}
+
+#[derive(Debug, Clone)]
+pub enum PerSignal {
+    Every(At<f64>),
+    Each(Row),
+}
+
+/// `{ min, max, H, h }`, each pair optional; entries of `min`, `max` and `h` may be infinite.
+#[derive(Debug, Clone)]
+pub struct Bounds {
+    pub place: Place,
+    pub min: Option<PerSignal>,
+    pub max: Option<PerSignal>,
+    /// H and h.
+    pub rows: Option<(Matrix, Row)>,
+}
+
+/// `[[coupling-constraint]]`: constraint (3).
+#[derive(Debug, Clone)]
+pub struct CouplingConstraint {
+    pub place: Place,
+    pub name: Option<At<String>>,
+    pub H: Vec<OutputRow>,
+    pub max: At<f64>,
+}
+
+/// H_h^[j] of (3).
+#[derive(Debug, Clone)]
+pub struct OutputRow {
+    pub subsystem: At<String>,
+    pub coefficients: Coefficients,
+}
+
+#[derive(Debug, Clone)]
+pub enum Coefficients {
+    List(Row),
+    ByOutput(At<Vec<(At<String>, At<f64>)>>),
+}
+
+impl Spec {
+    /// Reads the text of `source`.
+    ///
+    /// # Errors
+    /// All syntax errors; where there are none, all unknown keys, missing keys, values of the wrong kind, NaNs and
+    /// malformed names.
+    pub fn parse(source: &Source) -> Result<Self, Diagnostics> {
+        let (document, mistakes) = DeTable::parse_recoverable(&source.text);
+        if !mistakes.is_empty() {
+            return Err(Diagnostics(mistakes.iter().map(|mistake| syntax(mistake, &source.text)).collect()));
+        }
+        let mut errors = Diagnostics::default();
+        let mut file = Table::new("", first_line(&source.text), document.get_ref());
+        let spec = read::spec(&mut file, &mut errors);
+        errors.finish(spec)
+    }
+}
+
+impl<T> At<T> {
+    pub fn new(value: T, place: Place) -> Self {
+        Self { value, place }
+    }
+}
+
+impl Weight {
+    pub fn place(&self) -> Place {
+        match self {
+            Self::Scalar(scalar) => scalar.place.clone(),
+            Self::Diagonal(diagonal) => diagonal.place.clone(),
+            Self::Full(matrix) => matrix.place.clone(),
+        }
+    }
+}
+
+impl PerSignal {
+    pub fn place(&self) -> Place {
+        match self {
+            Self::Every(number) => number.place.clone(),
+            Self::Each(numbers) => numbers.place.clone(),
+        }
+    }
+}
+
+fn syntax(mistake: &toml::de::Error, text: &str) -> Diagnostic {
+    let place = mistake.span().unwrap_or_else(|| first_line(text));
+    Diagnostic::error(code::SYNTAX, "the file is not valid TOML").at(place, mistake.message())
+}
+
+/// Where to point when something is missing in the file as a whole.
+fn first_line(text: &str) -> Place {
+    0..text.lines().next().unwrap_or_default().len()
+}

@@ -2,4 +2,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod factor;
+pub mod linear;
+pub mod solver;
 pub mod tables;

@@ -1,0 +1,98 @@
+//! Rust for the nodes: one file per subsystem, and the list of them.
+//!
+//! An emitted file is data in the types of `dpc_runtime` and almost no logic: sizes, type aliases and links first,
+//! then the tables. Whoever wants to know what the numbers do reads the runtime.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `node` | a subsystem as its own node sees it: sizes, neighbours, where their messages go |
+//! | `code` | the first half of a file: constants, types, links (`quote`, `prettyplease`) |
+//! | `parts` | the second half: the runtime's tables as values |
+//! | `monitors` | the sets that hold at every step, and the steady states |
+//! | `tables` | printing of values, one matrix row per line |
+//! | `names` | identifiers and comments out of the user's names |
+//! | `network` | the list of the modules, and who talks to whom |
+//! | `disk` | writing all files or none |
+
+mod code;
+mod disk;
+mod monitors;
+mod names;
+mod network;
+mod node;
+mod parts;
+mod tables;
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+pub use disk::write_all;
+
+use nalgebra::DMatrix;
+
+use crate::design::Design;
+use crate::network::Network;
+use node::Node;
+use tables::{Value, item};
+
+/// What the compiler writes for one network.
+///
+/// After this point: every text parses as Rust, is formatted, and is the same for the same design: no clock, no path,
+/// no order of a hash.
+#[derive(Debug)]
+pub struct Emitted {
+    /// Name and text of each file: `mod.rs`, then one per subsystem in the order of the network.
+    pub files: Vec<(String, String)>,
+    /// Bytes of constant data that the controller of each subsystem needs, on a machine of 64 bits.
+    pub table_bytes: Vec<usize>,
+}
+
+impl Emitted {
+    pub fn new(design: &Design) -> Self {
+        let steady = steady_states(design);
+        let nodes: Vec<Node> = (0..design.network.subsystems.len()).map(|i| Node::new(design, i)).collect();
+        let modules = names::module_names(design.network.subsystems.iter().map(|s| s.name.as_str()));
+        let mut files = vec![("mod.rs".to_owned(), network::file(&nodes, &modules))];
+        let mut table_bytes = Vec::new();
+        for (node, module) in nodes.iter().zip(&modules) {
+            let tables = parts::all(node);
+            table_bytes.push(tables.bytes());
+            files.push((format!("{module}.rs"), subsystem_file(node, &modules, &tables, &steady)));
+        }
+        Self { files, table_bytes }
+    }
+
+    /// Path in `folder` and text of each file.
+    pub fn paths(&self, folder: &Path) -> Vec<(PathBuf, &str)> {
+        self.files.iter().map(|(name, text)| (folder.join(name), text.as_str())).collect()
+    }
+
+    /// Writes all files into `folder`, or none; see [`write_all`].
+    ///
+    /// # Errors
+    /// As [`write_all`].
+    pub fn write(&self, folder: &Path) -> io::Result<Vec<bool>> {
+        write_all(&self.paths(folder))
+    }
+}
+
+/// The folder of a network's files: its name, fit for Rust. `four-tank` becomes `four_tank`.
+pub fn package_folder(network: &Network) -> String {
+    names::module_name(&network.name)
+}
+
+/// Code first, tables after.
+fn subsystem_file(node: &Node, modules: &[String], tables: &Value, steady: &DMatrix<f64>) -> String {
+    let model = node.model();
+    let what = format!("Controller of subsystem `{}` of network `{}`", model.name, node.design.network.name);
+    let doc = "All that the controller of this subsystem is made of; each part says what it is.";
+    let mut sections = vec![code::header(node.design, &what), code::text(node, modules)];
+    sections.push(item(doc, "TABLES", "Parts", tables));
+    sections.extend(monitors::items(node, steady));
+    sections.join("\n")
+}
+
+/// The map from the outputs of the network to chi at rest, (9).
+fn steady_states(design: &Design) -> DMatrix<f64> {
+    design.gains.steady().unwrap_or_else(|| unreachable!("calF has no eigenvalue 1: Gains proved it Schur"))
+}

@@ -1,0 +1,7 @@
+//! Mathematics of optimisation and linear systems; knows no subsystem.
+
+pub mod conic;
+pub mod lp;
+pub mod lyapunov;
+pub mod riccati;
+pub mod rounding;

@@ -1,0 +1,131 @@
+#![expect(non_snake_case, reason = "the symbols of the literature")]
+
+use nalgebra::{DMatrix, DVector};
+
+use super::Polytope;
+use crate::optim::lp::{self, Outcome};
+use crate::optim::rounding::{dot_upper, sum_upper};
+
+/// {x : |P x| <= q}, symmetric about 0; q >= 0. Two facets per row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Strips {
+    pub P: DMatrix<f64>,
+    pub q: DVector<f64>,
+}
+
+impl Strips {
+    /// Number of facets: two per strip.
+    pub fn facets(&self) -> usize {
+        2 * self.q.len()
+    }
+
+    /// Smallest q - |P x|: not negative where x is inside.
+    pub fn slack(&self, x: &DVector<f64>) -> f64 {
+        (&self.P * x).iter().zip(&self.q).map(|(v, q)| q - v.abs()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Half-widths of a box that contains the set; infinite where the set is unbounded.
+    pub fn hull(&self) -> DVector<f64> {
+        let n = self.P.ncols();
+        DVector::from_fn(n, |k, _| {
+            let axis = DVector::from_fn(n, |j, _| f64::from(j == k));
+            // The residual of the multiplier acts on the hull itself: at rounding level it is covered by 1e-9.
+            multiplier(&self.P, &self.q, &axis).map_or(f64::INFINITY, |m| m.on(&self.q) * (1.0 + 1e-9))
+        })
+    }
+
+    /// The same set as {H x <= h}, H = [P; -P].
+    pub fn to_polytope(&self) -> Polytope {
+        let (r, n) = self.P.shape();
+        Polytope {
+            H: DMatrix::from_fn(2 * r, n, |i, j| if i < r { self.P[(i, j)] } else { -self.P[(i - r, j)] }),
+            h: DVector::from_fn(2 * r, |i, _| self.q[i % r]),
+        }
+    }
+}
+
+/// A row mu with mu P = d: the proof that d'x <= |mu| q wherever |P x| <= q.
+#[derive(Debug, Clone)]
+pub struct Multiplier {
+    pub mu: DVector<f64>,
+    /// |d - mu P|, what rounding left.
+    residual: DVector<f64>,
+}
+
+impl Multiplier {
+    /// |mu| q: the bound, but for the residual.
+    pub fn on(&self, q: &DVector<f64>) -> f64 {
+        self.mu.iter().zip(q).map(|(mu, q)| mu.abs() * q).sum()
+    }
+
+    /// Rigorous upper bound of d'x over {|P x| <= q}, whose hull is `hull`.
+    pub fn bound(&self, q: &DVector<f64>, hull: &DVector<f64>) -> f64 {
+        let main = sum_upper(self.mu.iter().zip(q).map(|(mu, q)| mu.abs() * q));
+        sum_upper([main, self.residual_on(hull)])
+    }
+
+    /// What the residual adds to the bound.
+    pub fn residual_on(&self, hull: &DVector<f64>) -> f64 {
+        // 0 * inf: an unbounded hull does no harm where the residual is exactly zero.
+        sum_upper(self.residual.iter().zip(hull).map(|(r, x)| if *r == 0.0 { 0.0 } else { r * x }))
+    }
+}
+
+/// The multiplier of direction d that is best for offsets q: minimise |mu| q subject to mu P = d. `None` where the
+/// strips do not bound d'x.
+pub fn multiplier(P: &DMatrix<f64>, q: &DVector<f64>, d: &DVector<f64>) -> Option<Multiplier> {
+    let (r, n) = P.shape();
+    let scale = q.iter().copied().fold(0.0, f64::max);
+    let cost = DVector::from_fn(2 * r, |j, _| if scale > 0.0 { q[j % r] / scale } else { 1.0 });
+    let signed = DMatrix::from_fn(n, 2 * r, |i, j| if j < r { P[(j, i)] } else { -P[(j - r, i)] });
+    // The solver's tolerances are absolute: it sees a unit direction.
+    let size = d.amax();
+    if size == 0.0 {
+        return Some(Multiplier { mu: DVector::zeros(r), residual: DVector::zeros(n) });
+    }
+    let Outcome::Optimal(solution) = lp::minimise(&cost, &signed, &(d / size)) else { return None };
+    let mu = DVector::from_fn(r, |j, _| (solution.y[j] - solution.y[j + r]) * size);
+    let residual = residual_bound(P, &mu, d);
+    (residual.amax() <= 1e-9 * size).then_some(Multiplier { mu, residual })
+}
+
+/// [`multiplier`] for every row of D, stacked: (rows of D) multipliers.
+pub fn multipliers(P: &DMatrix<f64>, q: &DVector<f64>, D: &DMatrix<f64>) -> Option<Vec<Multiplier>> {
+    (0..D.nrows()).map(|i| multiplier(P, q, &D.row(i).transpose())).collect()
+}
+
+/// Upper bound of |d - mu P| over the real numbers.
+fn residual_bound(P: &DMatrix<f64>, mu: &DVector<f64>, d: &DVector<f64>) -> DVector<f64> {
+    DVector::from_fn(P.ncols(), |j, _| {
+        let column: Vec<f64> = P.column(j).iter().copied().chain([-1.0]).collect();
+        let weights: Vec<f64> = mu.iter().copied().chain([d[j]]).collect();
+        let negated: Vec<f64> = weights.iter().map(|w| -w).collect();
+        dot_upper(column.iter().zip(&weights)).max(dot_upper(column.iter().zip(&negated))).max(0.0)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hexagon() -> Strips {
+        let P = DMatrix::from_row_slice(3, 2, &[1.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
+        Strips { P, q: DVector::from_vec(vec![1.0, 1.0, 1.5]) }
+    }
+
+    #[test]
+    fn multiplier_proves_the_support_value() {
+        let set = hexagon();
+        let d = DVector::from_vec(vec![2.0, 1.0]);
+        let m = multiplier(&set.P, &set.q, &d).unwrap();
+        let (value, _) = set.to_polytope().support(&d).unwrap();
+        assert!((m.on(&set.q) - 2.5).abs() < 1e-12 && (value - 2.5).abs() < 1e-12);
+        assert!(m.bound(&set.q, &set.hull()) >= 2.5);
+    }
+
+    #[test]
+    fn an_unbounded_direction_has_no_multiplier() {
+        let P = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
+        assert!(multiplier(&P, &DVector::from_element(1, 1.0), &DVector::from_vec(vec![0.0, 1.0])).is_none());
+    }
+}

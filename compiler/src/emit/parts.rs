@@ -1,0 +1,189 @@
+//! The runtime's tables of one subsystem as values; field by field what `dpc_runtime::tables` declares.
+#![expect(non_snake_case, reason = "the paper's symbols")]
+
+use nalgebra::{DMatrix, DVector};
+
+use super::node::{Node, labels};
+use super::tables::{Field, Value};
+use crate::network::CouplingConstraint;
+use crate::problems::{DpcProblem, ReferenceProblem, Row, RowKind};
+
+/// `dpc_runtime::tables::Tables`.
+pub fn all(node: &Node) -> Value {
+    Value::Struct(
+        "Tables",
+        vec![
+            Field::new("model", "Model (1), (2) and gains.", model(node)),
+            Field::new(
+                "coupling",
+                format!("(28): H_h^[i], then H_h^[j] over {}; l~_h of (26); members", list(&node.imported_y())),
+                coupling(node),
+            ),
+            Field::new("reference", "Reference outputs (29)-(31).", reference(node)),
+            Field::new("problem", "i-DPC problem (33)-(36), lower <= V w + offset <= upper.", dpc(node)),
+        ],
+    )
+}
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
+}
+
+/// `dpc_runtime::tables::Model`.
+fn model(node: &Node) -> Value {
+    let (model, gains) = (node.model(), node.gains());
+    let (x, u, y) = (labels(&model.states), labels(&model.inputs), labels(&model.outputs));
+    let z = &model.coupling_outputs;
+    let e: Vec<String> = y.iter().map(|y| format!("sum of errors of {y}")).collect();
+    let (u_min, u_max) = input_hull(node);
+    Value::Struct(
+        "Model",
+        vec![
+            matrix("A", "A_ii of (1a): from the states to the next states", &model.A, &x, &x),
+            matrix("B", "B_ii of (1a): from the inputs to the next states", &model.B, &x, &u),
+            matrix("C", "C_i of (1b): from the states to the outputs", &model.C, &y, &x),
+            matrix("Cz", "C_zi of (1c): from the states to the coupling outputs", &model.Cz, z, &x),
+            matrix("Dz", "D_zi of (1c): from the inputs to the coupling outputs", &model.Dz, z, &u),
+            matrix(
+                "EL",
+                "[E_i L_ij ...] of (1a), (2): from the neighbours' coupling outputs to the next states",
+                &node.import_gain(),
+                &x,
+                &node.imported_z(),
+            ),
+            matrix("K", "K_i of (17): from x - xhat to the inputs", &gains.K, &u, &x),
+            matrix("Kx", "K_i^x of (7f): from xref to uref", &gains.Kx, &u, &x),
+            matrix("Ke", "K_i^e of (7f): from eref to uref", &gains.Ke, &u, &e),
+            Field::new("u_min", "Componentwise hull of U_i: lower ends", Value::column(&u_min, &u)),
+            Field::new("u_max", "Componentwise hull of U_i: upper ends", Value::column(&u_max, &u)),
+        ],
+    )
+}
+
+/// `[dpc_runtime::tables::CouplingRow; NC]`.
+fn coupling(node: &Node) -> Value {
+    let row = |&h: &usize| (coupling_row(node, h), node.constraint(h).name.clone());
+    Value::List(node.constraints.iter().map(row).collect())
+}
+
+fn coupling_row(node: &Node, h: usize) -> Value {
+    let constraint = node.constraint(h);
+    let field = |name, value| Field::new(name, "", value);
+    Value::Struct(
+        "CouplingRow",
+        vec![
+            field("own", Value::row(&constraint.H[&node.i])),
+            field("others", Value::Row(others_row(node, constraint))),
+            field("l_tilde", Value::Number(node.design.sizing.l_tilde[h])),
+            field("members", Value::Number(constraint.H.len() as f64)),
+        ],
+    )
+}
+
+/// H_h^[j] of the others, over the imported outputs.
+fn others_row(node: &Node, constraint: &CouplingConstraint) -> Vec<f64> {
+    let imported = node.neighbours.iter().filter(|neighbour| neighbour.y.is_some());
+    imported
+        .flat_map(|neighbour| match constraint.H.get(&neighbour.j) {
+            Some(row) => row.iter().copied().collect(),
+            None => vec![0.0; node.other(neighbour).p()],
+        })
+        .collect()
+}
+
+/// `dpc_runtime::tables::Clamp` or `Nearest`.
+fn reference(node: &Node) -> Value {
+    let epsilon = Field::new("epsilon", "Epsilon of (30), per step", Value::Number(node.design.sizing.epsilon));
+    let y = labels(&node.model().outputs);
+    match &node.problems().reference {
+        ReferenceProblem::Clamp { weight, rows } => {
+            let pair = |&(output, coefficient): &(usize, f64)| {
+                (Value::Tuple(vec![Value::Count(output), Value::Number(coefficient)]), String::new())
+            };
+            let fields = vec![
+                Field::new("weight", "t / (t + gamma) of (29)", Value::column(weight, &y)),
+                epsilon,
+                Field::new("y_min", "Y_i of (31): lower ends", Value::column(&node.sets().Y.min, &y)),
+                Field::new("y_max", "Y_i of (31): upper ends", Value::column(&node.sets().Y.max, &y)),
+                Field::new("rows", "(28): output and coefficient", Value::List(rows.iter().map(pair).collect())),
+            ];
+            Value::Struct("Clamp", fields)
+        }
+        ReferenceProblem::Nearest { basis, weights, set, set_limit, rate, euclidean, coupling } => {
+            let gamma = Value::Number(node.design.network.reference.gamma);
+            let fields = vec![
+                matrix("basis", "U: eigenvectors of T_i", basis, &y, &[]),
+                Field::new("weights", "Eigenvalues of T_i (29)", Value::row(weights)),
+                Field::new("gamma", "gamma of (29)", gamma),
+                matrix("set", "Y_i of (31): one row per facet", set, &[], &y),
+                Field::new("set_limit", "Y_i of (31): limit of each facet", Value::row(set_limit)),
+                matrix("rate", "Ball of (30): one row per facet", rate, &[], &y),
+                epsilon,
+                Field::new("euclidean", "Whether (30) is a Euclidean ball", Value::Flag(*euclidean)),
+                matrix("coupling", "H_h^[i] of (28): one row per constraint", coupling, &[], &y),
+            ];
+            Value::Struct("Nearest", fields)
+        }
+    }
+}
+
+/// `dpc_runtime::tables::DpcProblem`.
+fn dpc(node: &Node) -> Value {
+    let dpc = &node.problems().dpc;
+    let names: Vec<String> = dpc.rows.iter().map(|row| row.name.clone()).collect();
+    let tube = offsets(dpc, |kind, offset| (kind == RowKind::Tube).then(|| Value::row(offset)));
+    let state = offsets(dpc, |kind, offset| match kind {
+        RowKind::State(stage) => Some(stage_row(stage, offset)),
+        _ => None,
+    });
+    let input = offsets(dpc, |kind, offset| match kind {
+        RowKind::Input(stage) => Some(stage_row(stage, offset)),
+        _ => None,
+    });
+    Value::Struct(
+        "DpcProblem",
+        vec![
+            matrix("V", "Rows of unit length in w: (35a), (35c), (35d), (35b), (36)", &dpc.V, &names, &[]),
+            Field::new("lower", "Lower limits of the rows", Value::column(&dpc.lower, &names)),
+            Field::new("upper", "Upper limits of the rows", Value::column(&dpc.upper, &names)),
+            Field::new("tube", "Offsets of the first rows, over e = x - xref", tube),
+            Field::new("state", "Offsets of the next rows, over xref_{t+k}, k the stage", state),
+            Field::new("input", "Offsets of the next rows, over uref_{t+k}, k the stage", input),
+            matrix("T", "L^-T of H = L L': (dx_0, du_0, ..., du_{N-1}) = T w", &dpc.T, &[], &[]),
+            Field::new(
+                "max_iterations",
+                "Working-set changes before the shifted candidate (47) is used",
+                Value::Count(dpc.max_iterations),
+            ),
+        ],
+    )
+}
+
+fn offsets(dpc: &DpcProblem, value: impl Fn(RowKind, &DVector<f64>) -> Option<Value>) -> Value {
+    let row = |row: &Row| value(row.kind, &row.offset).map(|value| (value, row.name.clone()));
+    Value::List(dpc.rows.iter().filter_map(row).collect())
+}
+
+fn stage_row(stage: usize, offset: &DVector<f64>) -> Value {
+    let fields = vec![Field::new("stage", "", Value::Count(stage)), Field::new("row", "", Value::row(offset))];
+    Value::Struct("StageRow", fields)
+}
+
+fn matrix(name: &'static str, doc: &str, matrix: &DMatrix<f64>, rows: &[String], columns: &[String]) -> Field {
+    let columns = if columns.is_empty() { String::new() } else { format!("\ncolumns: {}", columns.join(", ")) };
+    Field::new(name, format!("{doc}{columns}"), Value::matrix(matrix, rows))
+}
+
+/// Smallest box around U_i; infinite where U_i has no bound.
+fn input_hull(node: &Node) -> (DVector<f64>, DVector<f64>) {
+    let U = crate::convex::Polytope { H: node.model().U.H.clone(), h: node.model().U.h.clone() };
+    let m = node.sizes.nu;
+    let reach = |sign: f64| {
+        DVector::from_fn(m, |k, _| {
+            let mut direction = DVector::zeros(m);
+            direction[k] = sign;
+            U.support(&direction).map_or(sign * f64::INFINITY, |(value, _)| sign * value)
+        })
+    };
+    (reach(-1.0), reach(1.0))
+}

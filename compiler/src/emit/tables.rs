@@ -1,0 +1,215 @@
+//! Values of static items, printed for reading: one matrix row per line, shortest digits that read back the same.
+//!
+//! `quote` and `prettyplease` serve code; they put long numbers on one line each and lose `//` comments.
+
+use std::fmt::Write;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::names::one_line;
+
+/// A constant expression.
+#[derive(Debug, Clone)]
+pub enum Value {
+    Number(f64),
+    Count(usize),
+    Flag(bool),
+    Text(String),
+    /// A bare path, such as the name of another item.
+    Path(String),
+    /// `Some(..)`, `None`
+    Option(Option<usize>),
+    /// An array on one line.
+    Row(Vec<f64>),
+    /// One row per line, each with what it means.
+    Matrix(Vec<(Vec<f64>, String)>),
+    /// One element per line, each with what it means.
+    List(Vec<(Value, String)>),
+    Tuple(Vec<Value>),
+    /// Name of the type, and its fields.
+    Struct(&'static str, Vec<Field>),
+}
+
+/// Field of a struct, and the comment above it.
+#[derive(Debug, Clone)]
+pub struct Field {
+    pub name: &'static str,
+    pub doc: String,
+    pub value: Value,
+}
+
+impl Field {
+    pub fn new(name: &'static str, doc: impl Into<String>, value: Value) -> Self {
+        Self { name, doc: doc.into(), value }
+    }
+}
+
+impl Value {
+    /// `labels[k]` says what row k means.
+    pub fn matrix(matrix: &DMatrix<f64>, labels: &[String]) -> Self {
+        let row = |k: usize| matrix.row(k).iter().copied().collect();
+        Value::Matrix((0..matrix.nrows()).map(|k| (row(k), labels.get(k).cloned().unwrap_or_default())).collect())
+    }
+
+    pub fn row(row: &DVector<f64>) -> Self {
+        Value::Row(row.iter().copied().collect())
+    }
+
+    /// One number per line; `labels[k]` says what number k means.
+    pub fn column(numbers: &DVector<f64>, labels: &[String]) -> Self {
+        let label = |k: usize| labels.get(k).cloned().unwrap_or_default();
+        Value::List(numbers.iter().enumerate().map(|(k, &number)| (Value::Number(number), label(k))).collect())
+    }
+
+    /// Bytes that the value takes on a machine of 64 bits; for text and paths, of the value they stand for, nothing.
+    pub fn bytes(&self) -> usize {
+        match self {
+            Value::Number(_) | Value::Count(_) => 8,
+            Value::Flag(_) => 1,
+            Value::Text(_) | Value::Option(_) => 16,
+            Value::Path(_) => 0,
+            Value::Row(row) => 8 * row.len(),
+            Value::Matrix(rows) => rows.iter().map(|(row, _)| 8 * row.len()).sum(),
+            Value::List(items) => items.iter().map(|(item, _)| item.bytes()).sum(),
+            Value::Tuple(items) => padded(items.iter().map(Value::bytes).sum()),
+            Value::Struct(_, fields) => padded(fields.iter().map(|field| field.value.bytes()).sum()),
+        }
+    }
+}
+
+/// Every struct of the runtime holds a number, hence is aligned to 8 bytes.
+fn padded(bytes: usize) -> usize {
+    bytes.next_multiple_of(8)
+}
+
+/// `pub static NAME: type = value;` below its doc comment.
+pub fn item(doc: &str, name: &str, ty: &str, value: &Value) -> String {
+    let mut text = String::new();
+    for line in doc.lines() {
+        let _ = writeln!(text, "{}", format!("/// {line}").trim_end());
+    }
+    let _ = write!(text, "#[rustfmt::skip]\npub static {name}: {ty} = ");
+    write_value(&mut text, value, 0);
+    text.push_str(";\n");
+    text
+}
+
+/// Shortest digits that read back to the same number.
+pub fn number(number: f64) -> String {
+    match number {
+        f64::INFINITY => "f64::INFINITY".to_owned(),
+        f64::NEG_INFINITY => "f64::NEG_INFINITY".to_owned(),
+        // -0.0 says nothing that 0.0 does not.
+        0.0 => "0.0".to_owned(),
+        finite => format!("{finite:?}"),
+    }
+}
+
+fn write_value(text: &mut String, value: &Value, depth: usize) {
+    match value {
+        Value::Number(x) => text.push_str(&number(*x)),
+        Value::Count(count) => text.push_str(&count.to_string()),
+        Value::Flag(flag) => text.push_str(&flag.to_string()),
+        Value::Text(string) => text.push_str(&format!("{string:?}")),
+        Value::Path(path) => text.push_str(path),
+        Value::Option(option) => text.push_str(&format!("{option:?}")),
+        Value::Row(row) => text.push_str(&numbers(row)),
+        Value::Matrix(rows) => write_lines(text, depth, rows, |text, row| text.push_str(&numbers(row))),
+        Value::List(items) => write_lines(text, depth, items, |text, item| write_value(text, item, depth + 1)),
+        Value::Tuple(items) => write_tuple(text, items, depth),
+        Value::Struct(name, fields) => write_struct(text, name, fields, depth),
+    }
+}
+
+fn numbers(row: &[f64]) -> String {
+    format!("[{}]", row.iter().map(|&x| number(x)).collect::<Vec<_>>().join(", "))
+}
+
+fn write_lines<T>(text: &mut String, depth: usize, items: &[(T, String)], write: impl Fn(&mut String, &T)) {
+    if items.is_empty() {
+        return text.push_str("[]");
+    }
+    text.push_str("[\n");
+    for (item, label) in items {
+        indent(text, depth + 1);
+        write(text, item);
+        text.push(',');
+        if !label.is_empty() {
+            let _ = write!(text, " // {}", one_line(label));
+        }
+        text.push('\n');
+    }
+    indent(text, depth);
+    text.push(']');
+}
+
+fn write_tuple(text: &mut String, items: &[Value], depth: usize) {
+    text.push('(');
+    for (k, item) in items.iter().enumerate() {
+        text.push_str(if k == 0 { "" } else { ", " });
+        write_value(text, item, depth);
+    }
+    text.push(')');
+}
+
+fn write_struct(text: &mut String, name: &str, fields: &[Field], depth: usize) {
+    // Short structs without comments, such as the rows of a problem, stay on their line.
+    if fields.iter().all(|field| field.doc.is_empty()) {
+        let _ = write!(text, "{name} {{ ");
+        for (k, field) in fields.iter().enumerate() {
+            let _ = write!(text, "{}{}: ", if k == 0 { "" } else { ", " }, field.name);
+            write_value(text, &field.value, depth);
+        }
+        return text.push_str(" }");
+    }
+    let _ = writeln!(text, "{name} {{");
+    for field in fields {
+        write_field(text, field, depth + 1);
+    }
+    indent(text, depth);
+    text.push('}');
+}
+
+fn write_field(text: &mut String, field: &Field, depth: usize) {
+    for line in field.doc.lines() {
+        indent(text, depth);
+        let _ = writeln!(text, "// {line}");
+    }
+    indent(text, depth);
+    let _ = write!(text, "{}: ", field.name);
+    write_value(text, &field.value, depth);
+    text.push_str(",\n");
+}
+
+fn indent(text: &mut String, depth: usize) {
+    text.extend(std::iter::repeat_n("    ", depth));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_read_back_the_same() {
+        for x in [0.1 + 0.2, 1e-300, -5e-324, 1e22, 123456789.0, 0.7071067811865476, f64::MAX, -3.0] {
+            let text = number(x);
+            assert_eq!(text.parse::<f64>().unwrap().to_bits(), x.to_bits(), "{text}");
+            syn::parse_str::<syn::Expr>(&text).unwrap();
+        }
+        assert_eq!(number(-0.0), "0.0");
+        assert_eq!(number(f64::NEG_INFINITY), "f64::NEG_INFINITY");
+    }
+
+    #[test]
+    fn one_row_per_line() {
+        let matrix = DMatrix::from_row_slice(2, 2, &[1.0, 0.5, -1e-9, f64::INFINITY]);
+        let fields = vec![
+            Field::new("A", "what A is", Value::matrix(&matrix, &["h1\n[cm]".to_owned()])),
+            Field::new("none", "", Value::matrix(&DMatrix::zeros(0, 2), &[])),
+        ];
+        let text = item("Doc.\n\nMore.", "T", "S", &Value::Struct("S", fields));
+        let expected = "/// Doc.\n///\n/// More.\n#[rustfmt::skip]\npub static T: S = S {\n    // what A is\n    A: [\n        \
+                        [1.0, 0.5], // h1 [cm]\n        [-1e-9, f64::INFINITY],\n    ],\n    none: [],\n};\n";
+        assert_eq!(text, expected);
+    }
+}

@@ -1,0 +1,143 @@
+//! Sums of logarithms under linear inequalities, by Clarabel's exponential cones.
+
+use std::collections::BTreeMap;
+
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
+
+/// A sparse linear form: sum of coefficient times variable, plus a constant.
+#[derive(Debug, Clone, Default)]
+pub struct Form {
+    pub terms: Vec<(usize, f64)>,
+    pub constant: f64,
+}
+
+impl Form {
+    pub fn new(terms: impl IntoIterator<Item = (usize, f64)>, constant: f64) -> Self {
+        Self { terms: terms.into_iter().collect(), constant }
+    }
+
+    /// The terms with each variable once.
+    fn merged(&self) -> BTreeMap<usize, f64> {
+        let mut merged = BTreeMap::new();
+        for &(k, a) in &self.terms {
+            *merged.entry(k).or_insert(0.0) += a;
+        }
+        merged
+    }
+
+    pub fn at(&self, x: &[f64]) -> f64 {
+        self.constant + self.terms.iter().map(|&(k, a)| a * x[k]).sum::<f64>()
+    }
+}
+
+/// Maximise sum of weight log(form) subject to form >= 0.
+#[derive(Debug, Clone, Default)]
+pub struct LogProgram {
+    pub variables: usize,
+    /// Forms that must not be negative.
+    pub inequalities: Vec<Form>,
+    pub logs: Vec<(f64, Form)>,
+    /// A linear objective to maximise besides.
+    pub linear: Vec<(usize, f64)>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum Answer {
+    /// Near-optimal point; inequalities hold to the solver's tolerance only: verify.
+    Point(Vec<f64>),
+    Infeasible,
+    Unbounded,
+    Failed(String),
+}
+
+impl LogProgram {
+    pub fn variable(&mut self) -> usize {
+        self.variables += 1;
+        self.variables - 1
+    }
+
+    pub fn at_least_zero(&mut self, terms: impl IntoIterator<Item = (usize, f64)>, constant: f64) {
+        self.inequalities.push(Form::new(terms, constant));
+    }
+
+    pub fn maximise_log(&mut self, weight: f64, terms: impl IntoIterator<Item = (usize, f64)>, constant: f64) {
+        self.logs.push((weight, Form::new(terms, constant)));
+    }
+
+    /// Solves the program; each log brings one variable t <= log(form), (t, 1, form) in the exponential cone.
+    pub fn solve(&self) -> Answer {
+        let n = self.variables + self.logs.len();
+        let mut cost = vec![0.0; n];
+        for (&(weight, _), c) in self.logs.iter().zip(&mut cost[self.variables..]) {
+            *c = -weight;
+        }
+        for &(k, weight) in &self.linear {
+            cost[k] -= weight;
+        }
+        let (a, b) = self.rows();
+        let mut cones = vec![SupportedConeT::NonnegativeConeT(self.inequalities.len())];
+        cones.extend(self.logs.iter().map(|_| SupportedConeT::ExponentialConeT()));
+        let p = CscMatrix::zeros((n, n));
+        let settings = DefaultSettings { verbose: false, max_iter: 400, ..DefaultSettings::default() };
+        let a = CscMatrix::new_from_triplets(b.len(), n, a.0, a.1, a.2);
+        let mut solver = match DefaultSolver::new(&p, &cost, &a, &b, &cones, settings) {
+            Ok(solver) => solver,
+            Err(error) => return Answer::Failed(error.to_string()),
+        };
+        solver.solve();
+        match solver.solution.status {
+            SolverStatus::Solved | SolverStatus::AlmostSolved => {
+                Answer::Point(solver.solution.x[..self.variables].to_vec())
+            }
+            SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => Answer::Infeasible,
+            SolverStatus::DualInfeasible | SolverStatus::AlmostDualInfeasible => Answer::Unbounded,
+            other => Answer::Failed(format!("{other:?}")),
+        }
+    }
+
+    /// A x + s = b with s in the cones, A as (rows, columns, values).
+    fn rows(&self) -> ((Vec<usize>, Vec<usize>, Vec<f64>), Vec<f64>) {
+        let (mut rows, mut cols, mut values, mut b) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let mut push = |form: &Form, b: &mut Vec<f64>| {
+            for (k, a) in form.merged() {
+                rows.push(b.len());
+                cols.push(k);
+                values.push(-a);
+            }
+            b.push(form.constant);
+        };
+        for form in &self.inequalities {
+            push(form, &mut b);
+        }
+        for (k, (_, form)) in self.logs.iter().enumerate() {
+            push(&Form::new([(self.variables + k, 1.0)], 0.0), &mut b);
+            push(&Form::new([], 1.0), &mut b);
+            push(form, &mut b);
+        }
+        ((rows, cols, values), b)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_budget_is_split_by_the_weights() {
+        let mut program = LogProgram { variables: 2, ..LogProgram::default() };
+        program.at_least_zero([(0, -1.0), (1, -1.0)], 4.0);
+        program.maximise_log(3.0, [(0, 1.0)], 0.0);
+        program.maximise_log(1.0, [(1, 1.0)], 0.0);
+        let Answer::Point(x) = program.solve() else { panic!() };
+        assert!((x[0] - 3.0).abs() < 1e-3 && (x[1] - 1.0).abs() < 1e-3, "{x:?}");
+    }
+
+    #[test]
+    fn contradictions_are_infeasible() {
+        let mut program = LogProgram { variables: 1, ..LogProgram::default() };
+        program.at_least_zero([(0, 1.0)], -2.0);
+        program.at_least_zero([(0, -1.0)], 1.0);
+        assert_eq!(program.solve(), Answer::Infeasible);
+    }
+}

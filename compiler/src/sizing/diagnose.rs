@@ -1,0 +1,122 @@
+//! Why the program has no point: which wish is too large, and how large it may be.
+
+use super::program::{Asks, Goal, Program};
+use super::Context;
+use crate::diagnostic::{Diagnostic, Diagnostics, Place};
+use crate::optim::conic::Answer;
+
+/// Drops the wishes one after the other and says which one was too much, with the largest value that is not.
+pub fn no_point(context: &Context, program: &Program, answer: Answer) -> Diagnostics {
+    let given = context.network.reference.epsilon;
+    if let Some(epsilon) = given
+        && let Some(limit) = Limit::of(context, program, Goal::Epsilon)
+        && limit.value < epsilon * (1.0 + 1e-6)
+    {
+        return epsilon_too_large(context, epsilon, &limit).into();
+    }
+    if let Some(limit) = Limit::of(context, program, Goal::Reserve).filter(|limit| limit.value < 1.0 - 1e-6) {
+        return reserve_too_large(context, &limit).into();
+    }
+    if let Some(limit) = Limit::of(context, program, Goal::Cover).filter(|limit| limit.value < 1.0 - 1e-6) {
+        return cover_too_large(context, &limit).into();
+    }
+    not_solved(context, &answer).into()
+}
+
+/// The normals were chosen so that every needed direction has a multiplier: only conditioning can take it away.
+pub fn no_proof(context: &Context, i: usize) -> Diagnostic {
+    let s = &context.network.subsystems[i];
+    Diagnostic::error("E0404", format!("the sets of subsystem `{}` are too badly scaled to be sized", s.name))
+        .at(s.places.header.clone(), "no multiplier reaches working accuracy")
+        .note("a row of x, of u through K, or of the coupling outputs has no accurate bound on the chosen normals")
+        .help("scale the units of states and inputs so that their ranges lie between 0.01 and 100")
+}
+
+/// The largest value of a goal, and the rows that stop it.
+struct Limit {
+    value: f64,
+    /// (subsystem, row) pairs without slack.
+    tight: Vec<(usize, String)>,
+}
+
+impl Limit {
+    fn of(context: &Context, program: &Program, goal: Goal) -> Option<Self> {
+        let program = Program::new(context, program.proofs.clone(), &Asks { goal, ..Asks::default() });
+        let Answer::Point(point) = program.solve() else { return None };
+        let value = program.factor(&point).unwrap_or_else(|| program.epsilon(&point));
+        let tight = program.rows.iter().filter(|(_, _, row)| program.left(*row, &point) < 1e-6);
+        Some(Self { value, tight: tight.map(|(i, name, _)| (*i, name.clone())).collect() })
+    }
+
+    fn rows(&self, context: &Context) -> String {
+        let names: Vec<String> =
+            self.tight.iter().map(|(i, name)| format!("`{name}` of `{}`", context.network.subsystems[*i].name)).collect();
+        if names.is_empty() { "the small-gain loop".to_owned() } else { names.join(", ") }
+    }
+}
+
+/// The epsilon the message suggests: a little inside the limit, two digits.
+fn inside(value: f64) -> f64 {
+    crate::optim::rounding::down_to_digits(0.95 * value, 2)
+}
+
+fn epsilon_too_large(context: &Context, epsilon: f64, limit: &Limit) -> Diagnostic {
+    let place = context.network.places.epsilon.clone().unwrap_or_default();
+    let mut error = Diagnostic::error("E0401", format!("epsilon = {epsilon} leaves no set-point at all"))
+        .at(place, "references may move this far in one step, in every direction, for ever");
+    for (i, s) in context.network.subsystems.iter().enumerate() {
+        let sets = &context.sets.subsystems[i];
+        for (r, share) in sets.x_rows.iter().enumerate().filter(|(r, share)| epsilon * share.rate >= s.X.h[*r]) {
+            error = error.note(emptied(&s.name, &s.X.rows[r], s.X.h[r], epsilon * share.rate));
+        }
+        for (r, share) in sets.u_rows.iter().enumerate().filter(|(r, share)| epsilon * share.rate >= s.U.h[*r]) {
+            error = error.note(emptied(&s.name, &s.U.rows[r], s.U.h[r], epsilon * share.rate));
+        }
+    }
+    error
+        .note(format!("the largest epsilon with any set-point is {:.4}; what stops it: {}", limit.value, limit.rows(context)))
+        .help(format!("choose epsilon = {} or less, or leave it out and let the compiler choose", inside(limit.value)))
+}
+
+fn emptied(subsystem: &str, row: &str, room: f64, taken: f64) -> String {
+    format!("`{row}` of `{subsystem}` is emptied: its room is {room:.4}, moving references take {taken:.4} of it (Delta^chi in (25b))")
+}
+
+fn reserve_too_large(context: &Context, limit: &Limit) -> Diagnostic {
+    let mut error = Diagnostic::error("E0402", "the reserve is larger than the constraints allow");
+    for s in context.network.subsystems.iter().filter(|s| s.reserve.iter().any(|r| *r > 0.0)) {
+        error = error.at(s.places.or_header(&s.places.reserve), "wanted half-width of Delta^z");
+    }
+    error
+        .note(format!("{:.1} % of it is possible; what stops it: {}", 100.0 * limit.value, limit.rows(context)))
+        .help("ask for less reserve, a smaller epsilon, or choose gains that reject disturbances faster")
+}
+
+fn cover_too_large(context: &Context, limit: &Limit) -> Diagnostic {
+    let mut error = Diagnostic::error("E0403", "the set-points to cover cannot all be held");
+    for s in context.network.subsystems.iter().filter(|s| s.cover.iter().any(Option::is_some)) {
+        error = error.at(s.places.or_header(&s.places.cover), format!("{:.1} % of this is possible", 100.0 * limit.value));
+    }
+    error
+        .note(format!("all ranges together, the largest common share is {:.4}; what stops it: {}", limit.value, limit.rows(context)))
+        .help("cover less, choose a smaller epsilon or reserve, or widen the bound that stops it")
+}
+
+fn not_solved(context: &Context, answer: &Answer) -> Diagnostic {
+    let what = match answer {
+        Answer::Infeasible => "no point satisfies (18)-(26), though each wish alone can be met".to_owned(),
+        Answer::Unbounded => "nothing bounds the sets".to_owned(),
+        Answer::Failed(status) => format!("the solver stopped with {status}"),
+        Answer::Point(_) => "the point was lost".to_owned(),
+    };
+    let places: Vec<Place> = match &context.network.places.sizing {
+        Some(place) => vec![place.clone()],
+        None => context.network.subsystems.iter().map(|s| s.places.header.clone()).collect(),
+    };
+    let error = Diagnostic::error("E0404", "the sizes of the sets could not be chosen");
+    places
+        .into_iter()
+        .fold(error, |error, place| error.at(place, "sized here"))
+        .note(what)
+        .help("scale the units so that bounds lie between 0.01 and 100, bound states and inputs that are free, or reduce reserve, cover and epsilon together")
+}

@@ -1,0 +1,360 @@
+//! The program itself: variables, inequalities, objective.
+
+use std::ops::Range;
+
+use nalgebra::DVector;
+
+use super::{Context, Proofs};
+use crate::convex::Multiplier;
+use crate::optim::conic::{Answer, LogProgram};
+use crate::sets::{ReferenceShare, import_gain, floor_support};
+
+/// What is asked of the program beyond the network's wishes.
+#[derive(Debug, Clone, Default)]
+pub struct Asks {
+    /// Epsilon, instead of the network's.
+    pub epsilon: Option<f64>,
+    /// Delta_i^z, fixed.
+    pub dz: Option<Vec<DVector<f64>>>,
+    /// Replace the logarithms by one linear goal.
+    pub goal: Goal,
+}
+
+/// What to maximise.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Goal {
+    /// The weighted logarithms of the network's wishes.
+    #[default]
+    Wishes,
+    /// Epsilon; reserve and cover are dropped.
+    Epsilon,
+    /// A common factor (at most 1) on the wanted reserve; cover is dropped.
+    Reserve,
+    /// A common factor (at most 1) on the set-points to cover.
+    Cover,
+}
+
+/// The variables of one subsystem.
+#[derive(Debug, Clone)]
+struct Variables {
+    zeta: Range<usize>,
+    dz: Range<usize>,
+    q: Range<usize>,
+    sigma: Range<usize>,
+    upset: Range<usize>,
+    /// max of Y_i, and -min of Y_i (the same where Y_i is to be symmetric).
+    y_max: Range<usize>,
+    y_min: Range<usize>,
+}
+
+pub struct Program {
+    pub proofs: Vec<Proofs>,
+    problem: LogProgram,
+    variables: Vec<Variables>,
+    epsilon: Epsilon,
+    /// The factor that the goals `Reserve` and `Cover` maximise.
+    factor: Option<usize>,
+    /// Per (25b) row: subsystem, name, index of its inequality.
+    pub rows: Vec<(usize, String, usize)>,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Epsilon {
+    Given(f64),
+    Free(usize),
+}
+
+/// What inequalities keep back, relative to their right side, so that the solver's tolerance and the rounding of the
+/// results stay inside.
+pub const MARGIN: f64 = 1e-6;
+/// Extra disturbance the tubes are made for, relative: it pays for the rounding of their offsets. The program takes
+/// twice as much, so that what is settled from it fits.
+pub const TUBE_MARGIN: f64 = 1e-6;
+/// Widths that nothing limits stop here (in the user's units).
+const CAP: f64 = 1e4;
+/// Smallest half-width of Delta_i^z and half-axis of Sigma_i, relative to nothing: they only keep the sets solid.
+const LEAST: f64 = 1e-7;
+
+impl Program {
+    pub fn new(context: &Context, proofs: Vec<Proofs>, asks: &Asks) -> Self {
+        let mut problem = LogProgram::default();
+        let variables = context.network.subsystems.iter().enumerate();
+        let variables = variables.map(|(i, _)| Variables::new(context, i, &mut problem)).collect();
+        let epsilon = match asks.epsilon.or(context.network.reference.epsilon) {
+            Some(epsilon) if asks.goal != Goal::Epsilon => Epsilon::Given(epsilon),
+            _ => Epsilon::Free(problem.variable()),
+        };
+        let factor = matches!(asks.goal, Goal::Reserve | Goal::Cover).then(|| problem.variable());
+        let mut program = Self { proofs, problem, variables, epsilon, factor, rows: Vec::new() };
+        for i in 0..context.network.subsystems.len() {
+            program.tube(context, i);
+            program.terminal(context, i);
+            program.references(context, i);
+            program.wanted(context, i, asks);
+        }
+        program.coupling(context, asks.goal);
+        program.goal(context, asks.goal);
+        program
+    }
+
+    pub fn solve(&self) -> Answer {
+        self.problem.solve()
+    }
+
+    /// Sum of weight times log at a point; minus infinity outside its domain.
+    pub fn objective(&self, point: &[f64]) -> f64 {
+        self.problem.logs.iter().map(|(weight, form)| weight * form.at(point).max(0.0).ln()).sum()
+    }
+
+    pub fn zeta(&self, point: &[f64], i: usize) -> DVector<f64> {
+        take(point, &self.variables[i].zeta)
+    }
+
+    pub fn dz(&self, point: &[f64], i: usize) -> DVector<f64> {
+        take(point, &self.variables[i].dz)
+    }
+
+    pub fn sigma(&self, point: &[f64], i: usize) -> DVector<f64> {
+        take(point, &self.variables[i].sigma)
+    }
+
+    pub fn upset(&self, point: &[f64], i: usize) -> DVector<f64> {
+        take(point, &self.variables[i].upset)
+    }
+
+    /// (max, -min) of Y_i.
+    pub fn y_ends(&self, point: &[f64], i: usize) -> (DVector<f64>, DVector<f64>) {
+        (take(point, &self.variables[i].y_max), take(point, &self.variables[i].y_min))
+    }
+
+    pub fn epsilon(&self, point: &[f64]) -> f64 {
+        match self.epsilon {
+            Epsilon::Given(value) => value,
+            Epsilon::Free(k) => point[k],
+        }
+    }
+
+    pub fn factor(&self, point: &[f64]) -> Option<f64> {
+        self.factor.map(|k| point[k])
+    }
+
+    pub fn y_volume(&self, point: &[f64]) -> f64 {
+        let volume = |i: usize| {
+            let (max, min) = self.y_ends(point, i);
+            (max + min).product()
+        };
+        (0..self.variables.len()).map(volume).product()
+    }
+
+    /// What is left of inequality `k` at a point, relative to its scale.
+    pub fn left(&self, k: usize, point: &[f64]) -> f64 {
+        self.problem.inequalities[k].at(point)
+    }
+
+    /// (18) and (21), (22): E_i is invariant under what Z_j let in, and fits into Z_i with Delta_i^z.
+    fn tube(&mut self, context: &Context, i: usize) {
+        let (s, sets) = (&context.network.subsystems[i], &context.sets.subsystems[i]);
+        let floor = floor_support(&sets.tube_normals, &sets.floor);
+        let imports: Vec<_> = s.L.keys().map(|&j| (j, import_gain(&sets.tube_normals, s, j))).collect();
+        let v = self.variables[i].clone();
+        for (r, proof) in self.proofs[i].tube.clone().iter().enumerate() {
+            let mut terms = vec![(v.q.start + r, 1.0)];
+            minus(&mut terms, &v.q, proof);
+            for (j, gain) in &imports {
+                let zeta = self.variables[*j].zeta.clone();
+                terms.extend(zeta.enumerate().map(|(k, variable)| (variable, -gain[(r, k)] * (1.0 + 2.0 * TUBE_MARGIN))));
+            }
+            self.at_least_zero(terms, -2.0 * floor[r]);
+        }
+        for (k, proof) in self.proofs[i].tube_z.clone().iter().enumerate() {
+            let mut terms = vec![(v.zeta.start + k, 1.0), (v.dz.start + k, -1.0 - 2.0 * TUBE_MARGIN)];
+            minus(&mut terms, &v.q, proof);
+            self.at_least_zero(terms, 0.0);
+        }
+    }
+
+    /// (24) and (25a), and the half-axes: the points +-upset_k e_k lie in Sigma_i.
+    fn terminal(&mut self, context: &Context, i: usize) {
+        let normals = &context.sets.subsystems[i].terminal_normals;
+        let v = self.variables[i].clone();
+        for (r, proof) in self.proofs[i].terminal.clone().iter().enumerate() {
+            let mut terms = vec![(v.sigma.start + r, 1.0 - MARGIN)];
+            minus(&mut terms, &v.sigma, proof);
+            self.at_least_zero(terms, 0.0);
+            self.at_least_zero([(v.sigma.start + r, -1.0)], CAP);
+            for (k, upset) in v.upset.clone().enumerate() {
+                let reach = normals[(r, k)].abs();
+                if reach > 0.0 {
+                    self.at_least_zero([(v.sigma.start + r, 1.0), (upset, -reach)], 0.0);
+                }
+            }
+        }
+        for (k, proof) in self.proofs[i].terminal_z.clone().iter().enumerate() {
+            let mut terms = vec![(v.dz.start + k, 1.0 - MARGIN)];
+            minus(&mut terms, &v.sigma, proof);
+            self.at_least_zero(terms, 0.0);
+        }
+        for upset in v.upset {
+            self.at_least_zero([(upset, 1.0)], -LEAST);
+            self.at_least_zero([(upset, -1.0)], CAP);
+        }
+    }
+
+    /// (25b): steady states, Delta^chi, Sigma_i and E_i share every row of X_i x U_i.
+    fn references(&mut self, context: &Context, i: usize) {
+        let (s, sets) = (&context.network.subsystems[i], &context.sets.subsystems[i]);
+        let proofs = self.proofs[i].clone();
+        for r in 0..s.X.h.len() {
+            self.row(i, &s.X.rows[r], s.X.h[r], &sets.x_rows[r], &proofs.tube_x[r], &proofs.terminal_x[r]);
+        }
+        for r in 0..s.U.h.len() {
+            self.row(i, &s.U.rows[r], s.U.h[r], &sets.u_rows[r], &proofs.tube_u[r], &proofs.terminal_u[r]);
+        }
+    }
+
+    fn row(&mut self, i: usize, name: &str, h: f64, share: &ReferenceShare, tube: &Multiplier, terminal: &Multiplier) {
+        let v = self.variables[i].clone();
+        let mut terms = Vec::new();
+        minus(&mut terms, &v.q, tube);
+        minus(&mut terms, &v.sigma, terminal);
+        let mut y = 0;
+        for other in &self.variables {
+            for (max, min) in other.y_max.clone().zip(other.y_min.clone()) {
+                let gain = share.steady[y];
+                terms.push(if gain > 0.0 { (max, -gain) } else { (min, gain) });
+                y += 1;
+            }
+        }
+        let mut constant = h * (1.0 - MARGIN);
+        match self.epsilon {
+            Epsilon::Given(epsilon) => constant -= epsilon * share.rate,
+            Epsilon::Free(k) => terms.push((k, -share.rate)),
+        }
+        self.rows.push((i, name.to_owned(), self.problem.inequalities.len()));
+        self.problem.at_least_zero(terms.into_iter().map(|(k, a)| (k, a / h)), constant / h);
+    }
+
+    /// Reserve and cover, as far as the goal keeps them; ends of Y_i on their side of 0.
+    fn wanted(&mut self, context: &Context, i: usize, asks: &Asks) {
+        let s = &context.network.subsystems[i];
+        let v = self.variables[i].clone();
+        for (k, dz) in v.dz.enumerate() {
+            if let Some(fixed) = &asks.dz {
+                self.at_least_zero([(dz, 1.0)], -fixed[i][k]);
+                self.at_least_zero([(dz, -1.0)], fixed[i][k] * (1.0 + MARGIN));
+                continue;
+            }
+            self.at_least_zero([(dz, 1.0)], -LEAST);
+            self.at_least_zero([(dz, -1.0)], CAP);
+            self.at_least(dz, s.reserve[k], asks.goal, Goal::Reserve);
+        }
+        for (k, (max, min)) in v.y_max.zip(v.y_min).enumerate() {
+            let (low, high) = s.cover[k].unwrap_or((0.0, 0.0));
+            for (end, wanted) in [(max, high), (min, -low)] {
+                self.at_least_zero([(end, 1.0)], 0.0);
+                self.at_least_zero([(end, -1.0)], CAP);
+                self.at_least(end, wanted, asks.goal, Goal::Cover);
+            }
+        }
+    }
+
+    /// variable >= wanted, or >= factor wanted where `scaled_by` is the goal; dropped by the goals that come before.
+    fn at_least(&mut self, variable: usize, wanted: f64, goal: Goal, scaled_by: Goal) {
+        let dropped = goal == Goal::Epsilon || (goal == Goal::Reserve && scaled_by == Goal::Cover);
+        if wanted <= 0.0 || dropped {
+            return;
+        }
+        let wanted = wanted * (1.0 + MARGIN);
+        match self.factor.filter(|_| goal == scaled_by) {
+            Some(factor) => self.at_least_zero([(variable, 1.0), (factor, -wanted)], 0.0),
+            None => self.at_least_zero([(variable, 1.0)], -wanted),
+        }
+    }
+
+    /// (26): the tightened limits stay positive, so that 0 remains a set-point.
+    fn coupling(&mut self, context: &Context, goal: Goal) {
+        for (c, rates) in context.network.coupling_constraints.iter().zip(&context.sets.coupling) {
+            let mut terms = Vec::new();
+            let mut constant = c.l * (1.0 - MARGIN);
+            for (&j, row) in &c.Hz {
+                let zeta = self.variables[j].zeta.clone();
+                terms.extend(zeta.zip(row).map(|(variable, h)| (variable, -h.abs())));
+                match self.epsilon {
+                    Epsilon::Given(epsilon) => constant -= epsilon * rates[&j],
+                    Epsilon::Free(k) => terms.push((k, -rates[&j])),
+                }
+            }
+            let scaled: Vec<_> = terms.into_iter().map(|(k, a)| (k, a / c.l)).collect();
+            self.rows.push((*c.H.keys().next().unwrap_or(&0), c.name.clone(), self.problem.inequalities.len()));
+            self.problem.at_least_zero(scaled.clone(), constant / c.l - MARGIN);
+            if goal == Goal::Wishes {
+                self.problem.maximise_log(context.network.wishes.y_weight, scaled, constant / c.l);
+            }
+        }
+    }
+
+    fn goal(&mut self, context: &Context, goal: Goal) {
+        match (goal, self.epsilon, self.factor) {
+            (Goal::Wishes, ..) => self.wishes(context),
+            (_, _, Some(factor)) => {
+                self.at_least_zero([(factor, -1.0)], 1.0);
+                self.problem.linear.push((factor, 1.0));
+            }
+            (_, Epsilon::Free(k), _) => self.problem.linear.push((k, 1.0)),
+            _ => {}
+        }
+        if let Epsilon::Free(k) = self.epsilon {
+            self.at_least_zero([(k, 1.0)], 0.0);
+            self.at_least_zero([(k, -1.0)], CAP);
+        }
+    }
+
+    fn wishes(&mut self, context: &Context) {
+        let wishes = &context.network.wishes;
+        for v in self.variables.clone() {
+            for (max, min) in v.y_max.zip(v.y_min) {
+                self.log(wishes.y_weight, [(max, 1.0), (min, 1.0)]);
+            }
+            v.dz.for_each(|dz| self.log(wishes.reserve_weight, [(dz, 1.0)]));
+            v.upset.for_each(|upset| self.log(wishes.terminal_weight, [(upset, 1.0)]));
+        }
+        if let Epsilon::Free(k) = self.epsilon {
+            self.log(wishes.epsilon_weight, [(k, 1.0)]);
+        }
+    }
+
+    fn log(&mut self, weight: f64, terms: impl IntoIterator<Item = (usize, f64)>) {
+        if weight > 0.0 {
+            self.problem.maximise_log(weight, terms, 0.0);
+        }
+    }
+
+    fn at_least_zero(&mut self, terms: impl IntoIterator<Item = (usize, f64)>, constant: f64) {
+        self.problem.at_least_zero(terms, constant);
+    }
+}
+
+impl Variables {
+    fn new(context: &Context, i: usize, problem: &mut LogProgram) -> Self {
+        let (s, sets) = (&context.network.subsystems[i], &context.sets.subsystems[i]);
+        let mut take = |count: usize| {
+            let start = problem.variables;
+            problem.variables += count;
+            start..start + count
+        };
+        let (zeta, dz) = (take(s.nz()), take(s.nz()));
+        let (q, sigma, upset) = (take(sets.tube_normals.nrows()), take(sets.terminal_normals.nrows()), take(s.n()));
+        let y_max = take(s.p());
+        let y_min = if context.network.wishes.symmetric { y_max.clone() } else { take(s.p()) };
+        Self { zeta, dz, q, sigma, upset, y_max, y_min }
+    }
+}
+
+/// Subtracts |mu| from the coefficients of `offsets`.
+fn minus(terms: &mut Vec<(usize, f64)>, offsets: &Range<usize>, proof: &Multiplier) {
+    terms.extend(offsets.clone().zip(proof.mu.iter()).filter(|(_, mu)| **mu != 0.0).map(|(k, mu)| (k, -mu.abs())));
+}
+
+fn take(point: &[f64], range: &Range<usize>) -> DVector<f64> {
+    DVector::from_column_slice(&point[range.clone()])
+}

@@ -1,0 +1,147 @@
+//! From the program's approximate optimum to short decimals that hold for certain.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::program::{Program, TUBE_MARGIN};
+use super::verify::Tightening;
+use super::{Context, Sizing, SubsystemSizing};
+use crate::convex::{Box, Polytope, Strips};
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::optim::rounding::{down_to_digits, to_digits, up_to_digits};
+use crate::sets::{floor_support, import_gain};
+
+/// Digits of what the solver chose (epsilon, Y_i, Delta_i^z): its own accuracy, and pleasant to read.
+const CHOSEN: usize = 6;
+/// Digits of what follows from that.
+const DERIVED: usize = 11;
+
+/// Epsilon, Y_i and Delta_i^z are rounded inwards, Sigma_i's offsets to the nearest decimal; E_i and Z_i are the least
+/// fixed point for these, a linear system, rounded outwards; Xhat_i, Uhat_i and the limits of (26) follow.
+pub fn settle(context: &Context, program: &Program, point: &[f64]) -> Result<Sizing, Diagnostics> {
+    let network = context.network;
+    let epsilon = network.reference.epsilon.unwrap_or_else(|| down_to_digits(program.epsilon(point), CHOSEN));
+    let dz: Vec<_> = (0..network.subsystems.len()).map(|i| settled_dz(context, program, point, i)).collect();
+    let tubes = tubes(context, program, &dz).ok_or_else(|| loop_does_not_close(context))?;
+    let mut subsystems = Vec::new();
+    for (i, ((q, zeta), dz)) in tubes.into_iter().zip(dz).enumerate() {
+        subsystems.push(subsystem(context, program, point, i, q, zeta, dz));
+    }
+    let mut sizing = Sizing { epsilon, subsystems, l_tilde: Vec::new(), slacks: Vec::new(), trade: Vec::new() };
+    sizing.l_tilde = l_tilde(context, &sizing);
+    Ok(sizing)
+}
+
+fn settled_dz(context: &Context, program: &Program, point: &[f64], i: usize) -> DVector<f64> {
+    let reserve = &context.network.subsystems[i].reserve;
+    let dz = program.dz(point, i);
+    DVector::from_fn(dz.len(), |k, _| down_to_digits(dz[k], CHOSEN).max(reserve[k]))
+}
+
+/// (q_i, zeta_i) of every subsystem: zeta = |mu| q + dz, q = |Lambda| q + |P E L| zeta + floor.
+fn tubes(context: &Context, program: &Program, dz: &[DVector<f64>]) -> Option<Vec<(DVector<f64>, DVector<f64>)>> {
+    let starts = starts(context);
+    let size = *starts.last()?;
+    let (mut M, mut r) = (DMatrix::<f64>::zeros(size, size), DVector::zeros(size));
+    for (i, s) in context.network.subsystems.iter().enumerate() {
+        let (sets, proofs) = (&context.sets.subsystems[i], &program.proofs[i]);
+        let strips = sets.tube_normals.nrows();
+        let (q, zeta) = (starts[i], starts[i] + strips);
+        r.rows_mut(q, strips).copy_from(&(floor_support(&sets.tube_normals, &sets.floor) * 2.0));
+        r.rows_mut(zeta, s.nz()).copy_from(&(&dz[i] * (1.0 + TUBE_MARGIN)));
+        for (a, proof) in proofs.tube.iter().enumerate() {
+            (0..strips).for_each(|b| M[(q + a, q + b)] = proof.mu[b].abs());
+        }
+        for (k, proof) in proofs.tube_z.iter().enumerate() {
+            (0..strips).for_each(|b| M[(zeta + k, q + b)] = proof.mu[b].abs());
+        }
+        for &j in s.L.keys() {
+            let from = starts[j] + context.sets.subsystems[j].tube_normals.nrows();
+            let gain = import_gain(&sets.tube_normals, s, j) * (1.0 + TUBE_MARGIN);
+            M.view_mut((q, from), gain.shape()).copy_from(&gain);
+        }
+    }
+    let solution = (DMatrix::identity(size, size) - M).lu().solve(&r)?;
+    if !solution.iter().all(|v| v.is_finite() && *v >= 0.0) {
+        return None;
+    }
+    let rounded = solution.map(|v| up_to_digits(v, DERIVED));
+    let part = |i: usize| {
+        let strips = context.sets.subsystems[i].tube_normals.nrows();
+        let nz = context.network.subsystems[i].nz();
+        (rounded.rows(starts[i], strips).into_owned(), rounded.rows(starts[i] + strips, nz).into_owned())
+    };
+    Some((0..dz.len()).map(part).collect())
+}
+
+/// First unknown of every subsystem in the linear system, and their number at the end.
+fn starts(context: &Context) -> Vec<usize> {
+    let sizes = context.network.subsystems.iter().zip(&context.sets.subsystems);
+    let mut starts = vec![0];
+    for (s, sets) in sizes {
+        starts.push(starts[starts.len() - 1] + sets.tube_normals.nrows() + s.nz());
+    }
+    starts
+}
+
+fn subsystem(
+    context: &Context,
+    program: &Program,
+    point: &[f64],
+    i: usize,
+    q: DVector<f64>,
+    zeta: DVector<f64>,
+    dz: DVector<f64>,
+) -> SubsystemSizing {
+    let (s, sets) = (&context.network.subsystems[i], &context.sets.subsystems[i]);
+    let E = Strips { P: sets.tube_normals.clone(), q };
+    let sigma = program.sigma(point, i).map(|v| to_digits(v, DERIVED));
+    let Sigma = Strips { P: sets.terminal_normals.clone(), q: sigma };
+    let tightening = Tightening::new(context, program, i, &E);
+    let (max, min) = program.y_ends(point, i);
+    // An end that the interior-point solver left at 1e-9 of the width is 0.
+    let end = |value: f64, other: f64, wanted: f64| {
+        if value <= 1e-6 * other { wanted } else { down_to_digits(value, CHOSEN).max(wanted) }
+    };
+    let cover = |k: usize| s.cover[k].unwrap_or((0.0, 0.0));
+    SubsystemSizing {
+        X_nom: Polytope { H: s.X.H.clone(), h: tightening.rows(&s.X.h, &tightening.x) },
+        U_nom: Polytope { H: s.U.H.clone(), h: tightening.rows(&s.U.h, &tightening.u) },
+        Y: Box {
+            max: DVector::from_fn(s.p(), |k, _| end(max[k], min[k], cover(k).1)),
+            min: DVector::from_fn(s.p(), |k, _| 0.0 - end(min[k], max[k], -cover(k).0)),
+        },
+        upset: program.upset(point, i),
+        zeta,
+        dz,
+        E,
+        Sigma,
+    }
+}
+
+/// (26), rounded down.
+fn l_tilde(context: &Context, sizing: &Sizing) -> Vec<f64> {
+    let constraints = context.network.coupling_constraints.iter().zip(&context.sets.coupling);
+    constraints
+        .map(|(c, rates)| {
+            let taken: f64 = c
+                .Hz
+                .iter()
+                .map(|(j, row)| {
+                    let zeta = &sizing.subsystems[*j].zeta;
+                    sizing.epsilon * rates[j] + row.iter().zip(zeta).map(|(h, z)| h.abs() * z).sum::<f64>()
+                })
+                .sum();
+            down_to_digits(c.l - taken * (1.0 + 1e-12), DERIVED)
+        })
+        .collect()
+}
+
+fn loop_does_not_close(context: &Context) -> Diagnostic {
+    let mut error = Diagnostic::error("E0405", "the sizes of E_i and Z_i do not close to working accuracy");
+    for s in &context.network.subsystems {
+        error = error.at(s.places.header.clone(), "one of the subsystems");
+    }
+    error
+        .note(format!("the small-gain radius on the chosen normals is {:.9}: too close to 1", context.sets.rho_on_normals))
+        .help("choose gains with a smaller small-gain radius, or keep more facets with a smaller `facet-loss` in [sizing]")
+}

@@ -1,0 +1,173 @@
+//! Every inclusion once more, with upper bounds that include rounding. Nothing here trusts the solver.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::program::Program;
+use super::{Context, Proofs, Sizing, Slack, SubsystemSizing};
+use crate::convex::{Multiplier, Strips};
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::optim::rounding::sum_upper;
+use crate::sets::{ReferenceShare, closed_loop_z, floor_support, import_gain};
+
+/// Upper bounds of the support of E_i in the rows of X_i, and of U_i through K_i.
+pub struct Tightening {
+    pub x: Vec<f64>,
+    pub u: Vec<f64>,
+}
+
+impl Tightening {
+    pub fn new(context: &Context, program: &Program, i: usize, E: &Strips) -> Self {
+        let (s, g) = (&context.network.subsystems[i], &context.gains.subsystems[i]);
+        let set = Bounds::new(E);
+        Self {
+            x: set.all(&program.proofs[i].tube_x, &s.X.H),
+            u: set.all(&program.proofs[i].tube_u, &(&s.U.H * &g.K)),
+        }
+    }
+
+    /// h - support, rounded down.
+    pub fn rows(&self, h: &DVector<f64>, support: &[f64]) -> DVector<f64> {
+        DVector::from_fn(h.len(), |r, _| (h[r] - support[r]) - 4.0 * f64::EPSILON * (h[r].abs() + support[r]))
+    }
+}
+
+/// A set and its hull: what rigorous support bounds need.
+struct Bounds<'a> {
+    set: &'a Strips,
+    hull: DVector<f64>,
+}
+
+impl<'a> Bounds<'a> {
+    fn new(set: &'a Strips) -> Self {
+        Self { set, hull: set.hull() }
+    }
+
+    /// Bound in direction d, which itself was rounded once or twice when it was formed.
+    fn support(&self, proof: &Multiplier, d: impl Iterator<Item = f64>) -> f64 {
+        let formed = sum_upper(d.zip(&self.hull).map(|(d, x)| 1e-14 * d.abs() * x));
+        sum_upper([proof.bound(&self.set.q, &self.hull), formed])
+    }
+
+    fn all(&self, proofs: &[Multiplier], D: &DMatrix<f64>) -> Vec<f64> {
+        proofs.iter().zip(D.row_iter()).map(|(proof, d)| self.support(proof, d.iter().copied())).collect()
+    }
+}
+
+/// The slack of every inclusion, in the order of the design's steps.
+///
+/// # Errors
+/// E0405 where one is negative: the program's margins did not survive, which is a defect of conditioning and named
+/// as such.
+pub fn verify(context: &Context, proofs: &[Proofs], sizing: &Sizing) -> Result<Vec<Slack>, Diagnostics> {
+    let mut slacks = Vec::new();
+    for (i, proofs) in proofs.iter().enumerate() {
+        Inclusions { context, sizing, i, proofs, slacks: &mut slacks }.all();
+    }
+    for (c, l_tilde) in context.network.coupling_constraints.iter().zip(&sizing.l_tilde) {
+        slacks.push(Slack { equation: "(26)", what: c.name.clone(), value: *l_tilde });
+    }
+    match slacks.iter().find(|slack| !(slack.value >= 0.0)) {
+        Some(slack) => Err(lost(context, slack).into()),
+        None => Ok(slacks),
+    }
+}
+
+struct Inclusions<'a> {
+    context: &'a Context<'a>,
+    sizing: &'a Sizing,
+    i: usize,
+    proofs: &'a Proofs,
+    slacks: &'a mut Vec<Slack>,
+}
+
+impl Inclusions<'_> {
+    fn all(&mut self) {
+        let sized = &self.sizing.subsystems[self.i];
+        let (tube, terminal) = (Bounds::new(&sized.E), Bounds::new(&sized.Sigma));
+        self.invariance(&tube, &terminal);
+        self.coupling_outputs(&tube, &terminal);
+        self.references(&terminal, sized);
+        for (k, output) in self.context.network.subsystems[self.i].outputs.iter().enumerate() {
+            self.record("(31)", format!("Y of {}", output.name), sized.Y.max[k] - sized.Y.min[k]);
+        }
+    }
+
+    /// (18): |Lambda| q + h_W <= q. (24): |Lambda| sigma <= sigma.
+    fn invariance(&mut self, tube: &Bounds, terminal: &Bounds) {
+        let s = &self.context.network.subsystems[self.i];
+        let sets = &self.context.sets.subsystems[self.i];
+        let F = self.context.gains.subsystems[self.i].F.abs();
+        let floor = floor_support(&tube.set.P, &sets.floor);
+        let imports: Vec<_> = s.L.keys().map(|&j| (j, import_gain(&tube.set.P, s, j))).collect();
+        let image = tube.set.P.abs() * &F;
+        for (r, proof) in self.proofs.tube.iter().enumerate() {
+            let mut parts = vec![tube.support(proof, image.row(r).iter().copied()), floor[r]];
+            for (j, gain) in &imports {
+                let zeta = &self.sizing.subsystems[*j].zeta;
+                parts.extend(gain.row(r).iter().zip(zeta).map(|(g, z)| g * z));
+            }
+            self.record("(18)", format!("E invariant, normal {}", r + 1), tube.set.q[r] - sum_upper(parts));
+        }
+        let image = terminal.set.P.abs() * &F;
+        for (r, proof) in self.proofs.terminal.iter().enumerate() {
+            let bound = terminal.support(proof, image.row(r).iter().copied());
+            self.record("(24)", format!("Sigma invariant, normal {}", r + 1), terminal.set.q[r] - bound);
+        }
+    }
+
+    /// (21) with (22), and (25a).
+    fn coupling_outputs(&mut self, tube: &Bounds, terminal: &Bounds) {
+        let s = &self.context.network.subsystems[self.i];
+        let sized = &self.sizing.subsystems[self.i];
+        let rows = closed_loop_z(s, &self.context.gains.subsystems[self.i]);
+        for (k, row) in rows.row_iter().enumerate() {
+            let name = &s.coupling_outputs[k];
+            let of_tube = tube.support(&self.proofs.tube_z[k], row.iter().copied());
+            self.record("(21)", format!("z = {name}"), sized.zeta[k] - sum_upper([of_tube, sized.dz[k]]));
+            let of_terminal = terminal.support(&self.proofs.terminal_z[k], row.iter().copied());
+            self.record("(25a)", format!("z = {name}"), sized.dz[k] - of_terminal);
+        }
+    }
+
+    /// (25b), against the tightened sets.
+    fn references(&mut self, terminal: &Bounds, sized: &SubsystemSizing) {
+        let s = &self.context.network.subsystems[self.i];
+        let sets = &self.context.sets.subsystems[self.i];
+        let on_u = &s.U.H * &self.context.gains.subsystems[self.i].K;
+        let of_x = terminal.all(&self.proofs.terminal_x, &s.X.H);
+        let of_u = terminal.all(&self.proofs.terminal_u, &on_u);
+        for (r, name) in s.X.rows.iter().enumerate() {
+            let taken = self.taken(&sets.x_rows[r]);
+            self.record("(25b)", name.clone(), sized.X_nom.h[r] - sum_upper([taken, of_x[r]]));
+        }
+        for (r, name) in s.U.rows.iter().enumerate() {
+            let taken = self.taken(&sets.u_rows[r]);
+            self.record("(25b)", name.clone(), sized.U_nom.h[r] - sum_upper([taken, of_u[r]]));
+        }
+    }
+
+    /// Support of the steady states over the product of Y_j, plus Delta^chi.
+    fn taken(&self, share: &ReferenceShare) -> f64 {
+        let ends = self.sizing.subsystems.iter().flat_map(|s| s.Y.max.iter().zip(s.Y.min.iter()));
+        let mut parts = vec![self.sizing.epsilon * share.rate];
+        for (gain, (max, min)) in share.steady.iter().zip(ends) {
+            parts.push((gain * max).max(gain * min) + share.steady_error * max.max(-min));
+        }
+        sum_upper(parts)
+    }
+
+    fn record(&mut self, equation: &'static str, what: String, value: f64) {
+        let name = &self.context.network.subsystems[self.i].name;
+        self.slacks.push(Slack { equation, what: format!("{name}: {what}"), value });
+    }
+}
+
+fn lost(context: &Context, slack: &Slack) -> Diagnostic {
+    let mut error = Diagnostic::error("E0405", format!("{} does not survive rounding: {}", slack.equation, slack.what));
+    for s in &context.network.subsystems {
+        error = error.at(s.places.header.clone(), "one of the subsystems");
+    }
+    error
+        .note(format!("what is left of it is {:.3e}, it must not be negative", slack.value))
+        .help("the sizes of this design differ by too many orders of magnitude: scale the units, bound the states that are free, or choose faster gains")
+}

@@ -1,0 +1,214 @@
+//! The tables of the file, one function each.
+
+use toml::de::DeValue;
+
+use super::table::{Table, Value};
+use super::value::{
+    all, boolean, bounds, finite, integer, interval, matrix, per_signal, row, signals, text, title, weight,
+};
+use super::{
+    At, Coefficients, Collective, CouplingConstraint, Cover, Import, OutputRow, Reference, RiccatiWeights, Sizing,
+    Spec, Subsystem,
+};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, code};
+use crate::network::Norm;
+
+pub(super) fn spec(file: &mut Table<'_>, errors: &mut Diagnostics) -> Option<Spec> {
+    let name = file.required("name", errors, title);
+    let sample_time = file.required("sample-time", errors, finite);
+    let horizon = file.required("horizon", errors, integer);
+    let reference = file.optional("reference", errors, reference).unwrap_or_default();
+    let sizing = file.optional("sizing", errors, sizing).unwrap_or_default();
+    let collective = file.optional("collective", errors, collective);
+    let subsystems = file.required("subsystem", errors, subsystems);
+    let coupling_constraints = file.optional("coupling-constraint", errors, constraints).unwrap_or_default();
+    file.refuse_unknown(errors);
+    Some(Spec {
+        name: name?,
+        sample_time: sample_time?,
+        horizon: horizon?,
+        reference,
+        sizing,
+        collective,
+        subsystems: subsystems?,
+        coupling_constraints,
+    })
+}
+
+fn reference(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Reference> {
+    let mut table = Table::of("`reference`", value, errors)?;
+    table.optional("layer", errors, layer);
+    let epsilon = table.optional("epsilon", errors, finite);
+    let norm = table.optional("norm", errors, norm);
+    let gamma = table.optional("gamma", errors, finite);
+    table.refuse_unknown(errors);
+    Some(Reference { epsilon, norm, gamma })
+}
+
+/// Only the paper's reference layer is there; the key keeps room for others.
+fn layer(value: &Value<'_>, errors: &mut Diagnostics) -> Option<()> {
+    let layer = text(value, errors)?;
+    let error = match &*layer.value {
+        "paper" => return Some(()),
+        "governor" => choice("the reference layer \"governor\" is not available yet", layer.place),
+        other => choice(format!("there is no reference layer \"{other}\""), layer.place),
+    };
+    errors.push(error.help("write layer = \"paper\", or leave the key out"));
+    None
+}
+
+fn norm(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Norm> {
+    let written = match value.toml {
+        DeValue::String(written) => written.to_string(),
+        DeValue::Integer(written) => written.to_string(),
+        DeValue::Float(written) => written.to_string(),
+        _ => return value.refuse("1, 2 or \"inf\"", errors),
+    };
+    match &*written {
+        "1" => Some(Norm::One),
+        "2" => Some(Norm::Two),
+        "inf" => Some(Norm::Inf),
+        _ => {
+            let error = choice(format!("there is no norm {written} to choose"), value.place.clone());
+            errors.push(error.help("write norm = 1, norm = 2 or norm = \"inf\": the q of (6)"));
+            None
+        }
+    }
+}
+
+fn choice(title: impl Into<String>, place: Place) -> Diagnostic {
+    Diagnostic::error(code::UNKNOWN_CHOICE, title).at(place, "not on offer")
+}
+
+fn sizing(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Sizing> {
+    let mut table = Table::of("`sizing`", value, errors)?;
+    let keys = ["y-weight", "reserve-weight", "terminal-weight", "epsilon-weight", "facet-loss"];
+    let [y_weight, reserve_weight, terminal_weight, epsilon_weight, facet_loss] =
+        keys.map(|key| table.optional(key, errors, finite));
+    let symmetric = table.optional("symmetric", errors, boolean);
+    table.refuse_unknown(errors);
+    let place = Some(value.place.clone());
+    Some(Sizing { place, y_weight, reserve_weight, terminal_weight, epsilon_weight, facet_loss, symmetric })
+}
+
+fn collective(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Collective> {
+    let mut table = Table::of("`collective`", value, errors)?;
+    let [states, inputs, outputs] = ["states", "inputs", "outputs"].map(|key| table.required(key, errors, signals));
+    let [A, B, C] = ["A", "B", "C"].map(|key| table.required(key, errors, matrix));
+    table.refuse_unknown(errors);
+    Some(Collective { place: table.place(), states: states?, inputs: inputs?, outputs: outputs?, A: A?, B: B?, C: C? })
+}
+
+fn subsystems(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Vec<Subsystem>> {
+    let table = Table::of("`subsystem`", value, errors)?;
+    if table.named().next().is_none() {
+        let error = Diagnostic::error(code::MISSING_KEY, "there is no subsystem");
+        errors.push(error.at(table.place(), "needs at least one table [subsystem.NAME]"));
+    }
+    all(table.named().map(|(entry, value)| subsystem(entry.name(), &value, errors)))
+}
+
+fn subsystem(name: At<String>, value: &Value<'_>, errors: &mut Diagnostics) -> Option<Subsystem> {
+    check_subsystem_name(&name, errors);
+    let mut table = Table::of(format!("subsystem `{}`", name.value), value, errors)?.at(name.place.clone());
+    let [states, inputs, outputs] = ["states", "inputs", "outputs"].map(|key| table.required(key, errors, signals));
+    let [A, B, C] = ["A", "B", "C"].map(|key| table.optional(key, errors, matrix));
+    let [E, Cz, Dz] = ["E", "Cz", "Dz"].map(|key| table.optional(key, errors, matrix));
+    let [x, u] = ["x", "u"].map(|key| table.optional(key, errors, bounds));
+    let [Q, R, T] = ["Q", "R", "T"].map(|key| table.optional(key, errors, weight));
+    let [K, Kx, Ke] = ["K", "Kx", "Ke"].map(|key| table.optional(key, errors, matrix));
+    let gain_weights = table.optional("gain-weights", errors, gain_weights).unwrap_or_default();
+    let reference_weights = table.optional("reference-weights", errors, reference_weights).unwrap_or_default();
+    let cover = table.optional("cover", errors, cover).unwrap_or_default();
+    let cover_place = table.key_place("cover");
+    let reserve = table.optional("reserve", errors, per_signal);
+    let from = table.optional("from", errors, neighbours).unwrap_or_default();
+    table.refuse_unknown(errors);
+    #[rustfmt::skip]
+    let subsystem = Subsystem {
+        name, states: states?, inputs: inputs?, outputs: outputs?, A, B, C, E, Cz, Dz, x, u, Q, R, T, K, Kx, Ke,
+        gain_weights, reference_weights, cover, cover_place, reserve, from,
+    };
+    Some(subsystem)
+}
+
+/// Subsystem names become names of files and of Rust items.
+fn check_subsystem_name(name: &At<String>, errors: &mut Diagnostics) {
+    let starts = name.value.starts_with(|c: char| c.is_ascii_alphabetic());
+    if !starts || !name.value.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_') {
+        let error = Diagnostic::error(code::BAD_NAME, format!("`{}` cannot be the name of a subsystem", name.value));
+        let label = "needs a letter first, then letters, digits, `-` or `_`";
+        errors.push(error.at(name.place.clone(), label).note("the name becomes that of an emitted file"));
+    }
+}
+
+fn neighbours(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Vec<Import>> {
+    let table = Table::of(value.what.clone(), value, errors)?;
+    all(table.named().map(|(entry, value)| neighbour(entry.name(), &value, errors)))
+}
+
+fn neighbour(neighbour: At<String>, value: &Value<'_>, errors: &mut Diagnostics) -> Option<Import> {
+    let mut table = Table::of(value.what.clone(), value, errors)?.at(neighbour.place.clone());
+    let [A, B, L] = ["A", "B", "L"].map(|key| table.optional(key, errors, matrix));
+    table.refuse_unknown(errors);
+    Some(Import { neighbour, A, B, L })
+}
+
+fn gain_weights(value: &Value<'_>, errors: &mut Diagnostics) -> Option<RiccatiWeights> {
+    let mut table = Table::of(value.what.clone(), value, errors)?;
+    let [Q, R] = ["Q", "R"].map(|key| table.optional(key, errors, weight));
+    table.refuse_unknown(errors);
+    Some(RiccatiWeights { place: Some(table.place()), Q, Qe: None, R })
+}
+
+fn reference_weights(value: &Value<'_>, errors: &mut Diagnostics) -> Option<RiccatiWeights> {
+    let mut table = Table::of(value.what.clone(), value, errors)?;
+    let [Q, Qe, R] = ["Q", "Qe", "R"].map(|key| table.optional(key, errors, weight));
+    table.refuse_unknown(errors);
+    Some(RiccatiWeights { place: Some(table.place()), Q, Qe, R })
+}
+
+fn cover(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Vec<Cover>> {
+    let table = Table::of(value.what.clone(), value, errors)?;
+    let read = |(output, interval): (At<String>, _)| Some(Cover { output, interval: interval? });
+    all(table.named().map(|(entry, value)| read((entry.name(), interval(&value, errors)))))
+}
+
+fn constraints(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Vec<CouplingConstraint>> {
+    let tables = match value.toml {
+        DeValue::Array(tables) => tables,
+        _ => return value.refuse("a list of tables, each headed [[coupling-constraint]]", errors),
+    };
+    let each = tables.iter().enumerate().map(|(k, table)| {
+        let what = format!("coupling constraint {}", k + 1);
+        constraint(&Value { what, ..value.element(k, table) }, errors)
+    });
+    all(each)
+}
+
+fn constraint(value: &Value<'_>, errors: &mut Diagnostics) -> Option<CouplingConstraint> {
+    let mut table = Table::of(value.what.clone(), value, errors)?;
+    let name = table.optional("name", errors, title);
+    let H = table.required("H", errors, output_rows);
+    let max = table.required("max", errors, finite);
+    table.refuse_unknown(errors);
+    Some(CouplingConstraint { place: table.place(), name, H: H?, max: max? })
+}
+
+fn output_rows(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Vec<OutputRow>> {
+    let table = Table::of(value.what.clone(), value, errors)?;
+    let read = |(subsystem, coefficients): (At<String>, _)| Some(OutputRow { subsystem, coefficients: coefficients? });
+    all(table.named().map(|(entry, value)| read((entry.name(), coefficients(&value, errors)))))
+}
+
+fn coefficients(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Coefficients> {
+    match value.toml {
+        DeValue::Array(_) => row(value, errors).map(Coefficients::List),
+        DeValue::Table(_) => {
+            let table = Table::of(value.what.clone(), value, errors)?;
+            let named = all(table.named().map(|(entry, value)| Some((entry.name(), finite(&value, errors)?))));
+            Some(Coefficients::ByOutput(At::new(named?, table.place())))
+        }
+        _ => value.refuse("a list with one coefficient per output, or a table by output name", errors),
+    }
+}

@@ -1,0 +1,185 @@
+//! The finished design on one screen.
+
+use std::fmt;
+
+use crate::design::Design;
+use crate::emit::Emitted;
+use crate::network::{Network, Norm, Signal, Subsystem};
+use crate::sizing::{Slack, SubsystemSizing, TradePoint};
+
+/// Margins of Assumptions 1 to 4, sizes of the sets, problems and tables, the smallest slack of every equation, and
+/// what a larger reserve would cost. The same design gives the same text; no line is longer than 100 columns.
+pub struct Summary<'a> {
+    design: &'a Design,
+    emitted: &'a Emitted,
+}
+
+impl<'a> Summary<'a> {
+    /// `emitted` must have been made from `design`.
+    pub fn new(design: &'a Design, emitted: &'a Emitted) -> Self {
+        Self { design, emitted }
+    }
+}
+
+impl fmt::Display for Summary<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let lines = [
+            vec![self.title()],
+            self.assumptions(),
+            self.references(),
+            (0..self.design.network.subsystems.len()).flat_map(|i| self.subsystem(i)).collect(),
+            self.coupling(),
+            self.slacks(),
+            self.trade(),
+        ];
+        lines.iter().flatten().try_for_each(|line| writeln!(f, "{}", clipped(line)))
+    }
+}
+
+impl Summary<'_> {
+    fn title(&self) -> String {
+        let Network { name, subsystems, horizon, sample_time, .. } = &self.design.network;
+        format!("{name}: {}, N = {horizon}, one step every {} s", count(subsystems.len(), "subsystem"), short(*sample_time))
+    }
+
+    fn assumptions(&self) -> Vec<String> {
+        let Design { network, gains, sets, .. } = self.design;
+        let local = network.subsystems.iter().zip(&gains.subsystems);
+        let local = local.map(|(model, gain)| format!("{} {}", model.name, short(gain.rho_F))).collect::<Vec<_>>();
+        vec![
+            String::new(),
+            "Assumptions: value below 1, and margin".to_owned(),
+            below_one("1  spectral radius of A + BK", gains.rho_F),
+            format!("     of A_ii + B_ii K_i alone: {}", local.join(", ")),
+            format!("  2  {:<40}{:<10} above 0", "smallest singular value, relative", short(gains.rank_margin)),
+            below_one("3  spectral radius of calF", gains.rho_calF),
+            below_one("4  small gain: spectral radius of S", sets.rho_small_gain),
+        ]
+    }
+
+    fn references(&self) -> Vec<String> {
+        let reference = &self.design.network.reference;
+        let origin = if reference.epsilon.is_some() { "given" } else { "chosen" };
+        let norm = match reference.norm {
+            Norm::One => "1",
+            Norm::Two => "2",
+            Norm::Inf => "inf",
+        };
+        let epsilon = short(self.design.sizing.epsilon);
+        vec![String::new(), format!("References move by eps = {epsilon} per step at most ({origin}; norm {norm})")]
+    }
+
+    fn subsystem(&self, i: usize) -> Vec<String> {
+        let model = &self.design.network.subsystems[i];
+        let sizes = &self.design.sizing.subsystems[i];
+        let dpc = &self.design.problems.subsystems[i].dpc;
+        let mut lines = vec![String::new(), format!("Subsystem {}", model.name)];
+        lines.extend(output_ranges(model, sizes));
+        lines.extend(reserves(model, sizes));
+        lines.push(item("facets", &format!("E {}, Sigma {}", sizes.E.facets(), sizes.Sigma.facets())));
+        lines.push(item(
+            "i-DPC problem",
+            &format!("{} unknowns, {} of {} inequalities kept", dpc.H.nrows(), dpc.facets_after, dpc.facets_before),
+        ));
+        lines.push(item("tables", &format!("{} bytes", self.emitted.table_bytes[i])));
+        lines
+    }
+
+    fn coupling(&self) -> Vec<String> {
+        let Design { network, sizing, .. } = self.design;
+        let rows = network.coupling_constraints.iter().zip(&sizing.l_tilde);
+        let rows = rows.map(|(row, &l_tilde)| item(&row.name, &format!("{}, references {}", short(row.l), short(l_tilde))));
+        titled("Coupling constraints: limit, and what is left of it for the references", rows.collect())
+    }
+
+    fn slacks(&self) -> Vec<String> {
+        let mut smallest: Vec<&Slack> = Vec::new();
+        for slack in &self.design.sizing.slacks {
+            match smallest.iter_mut().find(|known| known.equation == slack.equation) {
+                Some(known) if slack.value < known.value => *known = slack,
+                Some(_) => {}
+                None => smallest.push(slack),
+            }
+        }
+        let rows = smallest.iter().map(|slack| format!("  {:<7}{:<11}{}", slack.equation, short(slack.value), slack.what));
+        titled("Smallest slack of every inclusion, after rounding", rows.collect())
+    }
+
+    fn trade(&self) -> Vec<String> {
+        let mut rows = vec![format!("  {:>9}{:>16}{:>12}", "reserve", "volume of Y", "eps")];
+        rows.extend(self.design.sizing.trade.iter().map(trade_row));
+        if self.design.sizing.trade.is_empty() {
+            rows.clear();
+        }
+        titled("What reserve against upsets costs (relative to this design, marked >)", rows)
+    }
+}
+
+fn below_one(what: &str, value: f64) -> String {
+    format!("  {what:<43}{:<10} margin {}", short(value), short(1.0 - value))
+}
+
+/// Y_i in the user's outputs.
+fn output_ranges(model: &Subsystem, sizes: &SubsystemSizing) -> Vec<String> {
+    let ranges = model.outputs.iter().zip(sizes.Y.min.iter().zip(&sizes.Y.max));
+    ranges.map(|(signal, (min, max))| item("set-points", &range(signal, *min, *max))).collect()
+}
+
+fn range(signal: &Signal, min: f64, max: f64) -> String {
+    let unit = signal.unit.as_deref().unwrap_or_default();
+    format!("{} from {} to {} {unit}", signal.name, short(min), short(max)).trim_end().to_owned()
+}
+
+fn reserves(model: &Subsystem, sizes: &SubsystemSizing) -> Vec<String> {
+    let widths = model.coupling_outputs.iter().zip(sizes.dz.iter().zip(&sizes.zeta));
+    widths
+        .map(|(name, (dz, zeta))| item("reserve", &format!("{} of {} in z = {name}", short(*dz), short(*zeta))))
+        .collect()
+}
+
+fn trade_row(point: &TradePoint) -> String {
+    let mark = if point.reserve == 1.0 { ">" } else { " " };
+    let (volume, epsilon) = match point.y_volume {
+        Some(volume) => (short(volume), short(point.epsilon)),
+        None => ("no design".to_owned(), "-".to_owned()),
+    };
+    format!("{mark} {:>9}{volume:>16}{epsilon:>12}", short(point.reserve))
+}
+
+fn item(what: &str, value: &str) -> String {
+    format!("  {what:<16}{value}")
+}
+
+fn titled(title: &str, rows: Vec<String>) -> Vec<String> {
+    if rows.is_empty() { rows } else { [String::new(), title.to_owned()].into_iter().chain(rows).collect() }
+}
+
+fn count(number: usize, noun: &str) -> String {
+    format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
+}
+
+/// Four significant digits.
+pub(crate) fn short(number: f64) -> String {
+    let rounded = format!("{number:.3e}").parse().unwrap_or(number);
+    let plain = rounded == 0.0 || (1e-3..1e6).contains(&f64::abs(rounded));
+    if plain { format!("{rounded}") } else { format!("{rounded:e}") }
+}
+
+/// The user's names can be of any length.
+fn clipped(line: &str) -> String {
+    const COLUMNS: usize = 100;
+    match line.char_indices().nth(COLUMNS) {
+        None => line.to_owned(),
+        Some(_) => line.chars().take(COLUMNS - 3).chain("...".chars()).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn four_digits() {
+        assert_eq!([0.0, 2.49444, -12.4, 1.23456e-9, 0.99999, 41.2567].map(short), ["0", "2.494", "-12.4", "1.235e-9", "1", "41.26"]);
+    }
+}
