@@ -29,7 +29,7 @@ impl Design {
         let gains = Gains::new(&network)?;
         let sets = Sets::new(&network, &gains)?;
         let sizing = Sizing::new(&network, &gains, &sets)?;
-        let problems = Problems::new(&network, &gains, &sets, &sizing)?;
+        let problems = Problems::new(&network, &gains, &sizing)?;
         Ok(Self { network, gains, sets, sizing, problems })
     }
 }

@@ -300,12 +300,17 @@ fn hautus(A: &DMatrix<f64>, B: &DMatrix<f64>, (re, im): (f64, f64)) -> f64 {
 
 fn mode(eigenvalue: (f64, f64)) -> String {
     let (re, im) = eigenvalue;
-    if im == 0.0 { format!("{re:.6}") } else { format!("{re:.6} {} {:.6}i", if im < 0.0 { '-' } else { '+' }, im.abs()) }
+    if im == 0.0 {
+        format!("{re:.6}")
+    } else {
+        format!("{re:.6} {} {:.6}i", if im < 0.0 { '-' } else { '+' }, im.abs())
+    }
 }
 
 fn unstabilisable(subsystem: &Subsystem) -> Diagnostic {
-    let error = Diagnostic::error("E0201", format!("subsystem `{}` cannot be stabilised by its own inputs", subsystem.name))
-        .at(subsystem.places.or_header(&subsystem.places.B), "these inputs do not reach every unstable mode");
+    let error =
+        Diagnostic::error("E0201", format!("subsystem `{}` cannot be stabilised by its own inputs", subsystem.name))
+            .at(subsystem.places.or_header(&subsystem.places.B), "these inputs do not reach every unstable mode");
     let error = match stuck_mode(&subsystem.A, &subsystem.B) {
         Some((eigenvalue, distance)) => error.note(format!(
             "the mode of A_ii with eigenvalue {} is out of reach: the smallest singular value of [lambda I - A, B] is {distance:.2e}",
@@ -318,11 +323,12 @@ fn unstabilisable(subsystem: &Subsystem) -> Diagnostic {
 
 fn unstabilisable_reference(subsystem: &Subsystem) -> Diagnostic {
     let (A, B) = augmented(subsystem);
-    let error = Diagnostic::error(
-        "E0206",
-        format!("subsystem `{}` cannot integrate the error of its outputs", subsystem.name),
-    )
-    .at(subsystem.places.or_header(&subsystem.places.C), "these outputs cannot be held at a set-point by this subsystem's inputs");
+    let error =
+        Diagnostic::error("E0206", format!("subsystem `{}` cannot integrate the error of its outputs", subsystem.name))
+            .at(
+                subsystem.places.or_header(&subsystem.places.C),
+                "these outputs cannot be held at a set-point by this subsystem's inputs",
+            );
     let error = match stuck_mode(&A, &B) {
         Some((eigenvalue, distance)) => error.note(format!(
             "the reference system (7) has the mode {} out of reach: the smallest singular value of [lambda I - calA, calB] is {distance:.2e}",
@@ -337,7 +343,9 @@ fn F_ii_unstable(subsystem: &Subsystem, rho: f64) -> Diagnostic {
     Diagnostic::error("E0202", format!("A_ii + B_ii K_i of subsystem `{}` is not stable", subsystem.name))
         .at(subsystem.places.or_header(&subsystem.places.K), format!("spectral radius {rho:.6}, must be below 1"))
         .note("Assumption 1, part 2: every subsystem has to be stable on its own under u = K x")
-        .help("check the sign convention (u = K x, not u = -K x), or leave K out and let the Riccati equation choose it")
+        .help(
+            "check the sign convention (u = K x, not u = -K x), or leave K out and let the Riccati equation choose it",
+        )
 }
 
 fn assumption_1_fails(network: &Network, rho: f64) -> Diagnostic {

@@ -1,7 +1,18 @@
 //! The on-line problems, condensed to least-distance form, pruned and scaled.
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
+mod condense;
+mod prune;
+mod reference;
+
 use nalgebra::{DMatrix, DVector};
+
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::gains::{Gains, SubsystemGains};
+use crate::network::{Network, Subsystem};
+use crate::sizing::{Sizing, SubsystemSizing};
+use condense::Condensed;
+pub use reference::ReferenceProblem;
 
 /// After this point: every Hessian is positive definite, every entry finite, and no row is kept that no admissible
 /// parameter can make active.
@@ -43,7 +54,8 @@ pub struct Row {
     pub kind: RowKind,
     /// In the user's names: `h1 <= 27.6 cm at step 2`.
     pub name: String,
-    /// The scaled row of the offset: over e for tube rows, over xref_{t+k} or uref_{t+k} for state and input rows.
+    /// The scaled row of the offset: over e for tube rows, over xref_{t+k} or uref_{t+k} for state and input rows;
+    /// empty for the others.
     pub offset: DVector<f64>,
 }
 
@@ -61,24 +73,82 @@ pub enum RowKind {
     Terminal,
 }
 
-/// (29)-(31) with (28).
-#[derive(Debug)]
-pub enum ReferenceProblem {
-    /// An interval per output.
-    Clamp {
-        /// t / (t + gamma) per output.
-        weight: DVector<f64>,
-        /// Per coupling row of this subsystem: output it acts on, coefficient.
-        rows: Vec<(usize, f64)>,
-    },
-    /// A least-distance problem in the eigenbasis of T_i; rows as in `dpc_runtime::tables::Nearest`.
-    Nearest {
-        basis: DMatrix<f64>,
-        weights: DVector<f64>,
-        set: DMatrix<f64>,
-        set_limit: DVector<f64>,
-        rate: DMatrix<f64>,
-        euclidean: bool,
-        coupling: DMatrix<f64>,
-    },
+impl Problems {
+    /// # Errors
+    /// E0501 a Hessian is not positive definite in double precision, E0502 an entry is not finite, E0503 q = 1 with
+    /// more outputs in one subsystem than its ball has facets for.
+    pub fn new(network: &Network, gains: &Gains, sizing: &Sizing) -> Result<Self, Diagnostics> {
+        let mut subsystems = Vec::new();
+        for (i, s) in network.subsystems.iter().enumerate() {
+            let dpc = DpcProblem::new(s, &gains.subsystems[i], &sizing.subsystems[i], network.horizon)?;
+            let reference = ReferenceProblem::new(network, i, &sizing.subsystems[i])?;
+            subsystems.push(SubsystemProblems { dpc, reference });
+        }
+        Ok(Self { subsystems })
+    }
+}
+
+impl DpcProblem {
+    fn new(s: &Subsystem, g: &SubsystemGains, sized: &SubsystemSizing, N: usize) -> Result<Self, Diagnostic> {
+        let condensed = Condensed::new(s, g, sized, N);
+        let facets_before = condensed.facets();
+        let condensed = prune::prune(condensed, s, sized, N);
+        let facets_after = condensed.facets();
+        let T = inverse_factor(&condensed.H).ok_or_else(|| indefinite(s))?;
+        let mut problem = Self {
+            V: DMatrix::zeros(condensed.rows.len(), T.ncols()),
+            lower: DVector::zeros(condensed.rows.len()),
+            upper: DVector::zeros(condensed.rows.len()),
+            rows: Vec::new(),
+            facets_before,
+            facets_after,
+            max_iterations: ITERATIONS_PER_ROW * (condensed.rows.len() + T.ncols()),
+            H: condensed.H,
+            T,
+        };
+        for (r, row) in condensed.rows.into_iter().enumerate() {
+            problem.scale(r, row);
+        }
+        if problem.is_finite() { Ok(problem) } else { Err(not_finite(s)) }
+    }
+
+    /// Row r in w, of unit length, with its limits and offset.
+    fn scale(&mut self, r: usize, row: condense::TwoSided) {
+        let in_w = self.T.tr_mul(&row.g);
+        let size = in_w.norm();
+        self.V.set_row(r, &(in_w / size).transpose());
+        self.lower[r] = row.lower / size;
+        self.upper[r] = row.upper / size;
+        self.rows.push(Row { kind: row.kind, name: row.name(), offset: row.offset / size });
+    }
+
+    fn is_finite(&self) -> bool {
+        let limits = self.lower.iter().chain(&self.upper).all(|limit| !limit.is_nan());
+        let offsets = self.rows.iter().flat_map(|row| row.offset.iter());
+        limits && self.V.iter().chain(&self.T).chain(offsets).all(|value| value.is_finite())
+    }
+}
+
+/// A dual active-set method changes its working set a few times the number of active rows; this is generous, and the
+/// shifted candidate (47) stands behind it.
+const ITERATIONS_PER_ROW: usize = 4;
+
+/// L^-T of H = L L'.
+fn inverse_factor(H: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let L = H.clone().cholesky()?.l();
+    L.solve_lower_triangular(&DMatrix::identity(H.nrows(), H.nrows())).map(|inverse| inverse.transpose())
+}
+
+fn indefinite(s: &Subsystem) -> Diagnostic {
+    Diagnostic::error("E0501", format!("the i-DPC problem of subsystem `{}` is not strictly convex in double precision", s.name))
+        .at(s.places.or_header(&s.places.weights), "weights of this subsystem")
+        .note("the Hessian of (34) lost its positive definiteness to rounding: Q, R and P differ by too many orders of magnitude")
+        .help("choose Q and R closer to each other, or scale the units of states and inputs")
+}
+
+fn not_finite(s: &Subsystem) -> Diagnostic {
+    Diagnostic::error("E0502", format!("the i-DPC problem of subsystem `{}` overflows", s.name))
+        .at(s.places.header.clone(), "an entry of its tables is not finite")
+        .note("powers of A_ii over the horizon leave the range of double precision")
+        .help("a shorter horizon, or scaled units")
 }

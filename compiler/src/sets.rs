@@ -82,15 +82,7 @@ impl Sets {
             let (terminal_normals, terminal) = terminal(s, g, network.wishes.facet_loss)?;
             let (x_rows, u_rows) = references.shares(i, s, g);
             let floor = floor(s);
-            subsystems.push(SubsystemSets {
-                tube_normals,
-                tube,
-                terminal_normals,
-                terminal,
-                floor,
-                x_rows,
-                u_rows,
-            });
+            subsystems.push(SubsystemSets { tube_normals, tube, terminal_normals, terminal, floor, x_rows, u_rows });
         }
         let coupling = references.coupling(network);
         Ok(Self { subsystems, small_gain, rho_small_gain, rho_on_normals, z_offset, coupling })
@@ -238,7 +230,8 @@ fn loop_matrix(
         let size = P.nrows();
         for (&j, L) in &s.L {
             let offsets = (DMatrix::identity(size, size) - tube.abs_Lambda()).lu().solve(&import_gain(P, s, j));
-            let block = offsets.map_or(DMatrix::from_element(s.nz(), L.ncols(), f64::INFINITY), |offsets| &mu * offsets);
+            let block =
+                offsets.map_or(DMatrix::from_element(s.nz(), L.ncols(), f64::INFINITY), |offsets| &mu * offsets);
             matrix.view_mut((z_offset[i], z_offset[j]), block.shape()).copy_from(&block);
         }
     }
@@ -385,14 +378,8 @@ impl References {
             .map(|j| steady_error[j] + rounding * gains.calF.norm() * steady.column(j).norm() * norm_of_unit)
             .collect();
         let blocks = network.subsystems.iter().map(Subsystem::p).collect();
-        let sum = PowerSum::new(
-            gains.calF.clone(),
-            W,
-            blocks,
-            network.reference.norm,
-            gains.contraction.clone(),
-            &error,
-        );
+        let sum =
+            PowerSum::new(gains.calF.clone(), W, blocks, network.reference.norm, gains.contraction.clone(), &error);
         let gains_contraction = gains.contraction.clone();
         Ok(Self { steady, steady_error, sum, gains_contraction, chi_offset: gains.chi_offset.clone(), size })
     }
@@ -436,12 +423,15 @@ impl References {
 }
 
 fn no_steady_state(network: &Network) -> Diagnostic {
-    let mut error = Diagnostic::error("E0304", "the steady states of the references cannot be computed to working accuracy");
+    let mut error =
+        Diagnostic::error("E0304", "the steady states of the references cannot be computed to working accuracy");
     for s in &network.subsystems {
         error = error.at(s.places.header.clone(), "one of the subsystems");
     }
     error
-        .note("I - calF is singular in double precision although calF is stable: some closed-loop mode is extremely slow")
+        .note(
+            "I - calF is singular in double precision although calF is stable: some closed-loop mode is extremely slow",
+        )
         .help("choose faster gains (a larger Qe in `reference-weights`) or a longer sample time")
 }
 

@@ -12,9 +12,9 @@ mod program;
 mod settle;
 mod verify;
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
-use crate::convex::{Box, Multiplier, Polytope, Strips, multipliers, rpi_on_normals};
+use crate::convex::{Box, Invariant, Multiplier, Polytope, Strips, multipliers, rpi_on_normals};
 use crate::diagnostic::Diagnostics;
 use crate::gains::Gains;
 use crate::network::Network;
@@ -53,6 +53,9 @@ pub struct SubsystemSizing {
     pub U_nom: Polytope,
     /// Y_i.
     pub Y: Box,
+    /// What the references take of each row of X_i and of U_i: H xref <= x_ref, H uref <= u_ref at all times.
+    pub x_ref: DVector<f64>,
+    pub u_ref: DVector<f64>,
     /// How far each state may be off its reference at the terminal step, alone: the half-axes of Sigma_i.
     pub upset: DVector<f64>,
 }
@@ -82,6 +85,9 @@ pub struct TradePoint {
 /// The multipliers of one subsystem: what makes the program linear.
 #[derive(Debug, Clone)]
 struct Proofs {
+    /// Normals of E_i and of Sigma_i: those of the stage before, or fewer.
+    tube_normals: DMatrix<f64>,
+    terminal_normals: DMatrix<f64>,
     /// Rows of P F_ii on E_i, and the needed directions on E_i.
     tube: Vec<Multiplier>,
     tube_x: Vec<Multiplier>,
@@ -139,14 +145,23 @@ impl Context<'_> {
                 break;
             }
         }
-        Ok((program, point))
+        Ok(self.without_idle_strips(&program).unwrap_or((program, point)))
+    }
+
+    /// The same program without the strips of Sigma_i that no proof rests on.
+    fn without_idle_strips(&self, program: &Program) -> Option<(Program, Vec<f64>)> {
+        let proofs = program.proofs.iter().map(Proofs::without_idle_strips).collect();
+        let program = Program::new(self, proofs, &Asks::default());
+        match program.solve() {
+            Answer::Point(point) => Some((program, point)),
+            _ => None,
+        }
     }
 
     fn nominal_proofs(&self) -> Result<Vec<Proofs>, Diagnostics> {
         let of = |i: usize| {
             let sets = &self.sets.subsystems[i];
-            self.proofs(i, sets.tube.Lambda.clone(), &sets.tube.q, sets.terminal.Lambda.clone(), &sets.terminal.q)
-                .ok_or_else(|| diagnose::no_proof(self, i).into())
+            self.proofs(i, &sets.tube, &sets.terminal).ok_or_else(|| diagnose::no_proof(self, i).into())
         };
         (0..self.network.subsystems.len()).map(of).collect()
     }
@@ -155,12 +170,11 @@ impl Context<'_> {
     fn better_proofs(&self, program: &Program, point: &[f64]) -> Option<Vec<Proofs>> {
         (0..self.network.subsystems.len())
             .map(|i| {
-                let sets = &self.sets.subsystems[i];
-                let tube = rpi_on_normals(&sets.tube_normals, &self.gains.subsystems[i].F, &self.W(program, point, i))?;
+                let (sets, F) = (&self.sets.subsystems[i], &self.gains.subsystems[i].F);
+                let tube = rpi_on_normals(&sets.tube_normals, F, &self.W(program, point, i))?;
                 let sigma = program.sigma(point, i);
-                let PF = &sets.terminal_normals * &self.gains.subsystems[i].F;
-                let terminal = multipliers(&sets.terminal_normals, &sigma, &PF)?;
-                self.proofs(i, tube.Lambda, &tube.q, terminal, &sigma)
+                let Lambda = multipliers(&sets.terminal_normals, &sigma, &(&sets.terminal_normals * F))?;
+                self.proofs(i, &tube, &Invariant { q: sigma, Lambda })
             })
             .collect()
     }
@@ -175,27 +189,47 @@ impl Context<'_> {
         support
     }
 
-    fn proofs(
-        &self,
-        i: usize,
-        tube: Vec<Multiplier>,
-        q: &DVector<f64>,
-        terminal: Vec<Multiplier>,
-        sigma: &DVector<f64>,
-    ) -> Option<Proofs> {
+    fn proofs(&self, i: usize, tube: &Invariant, terminal: &Invariant) -> Option<Proofs> {
         let (s, g, sets) = (&self.network.subsystems[i], &self.gains.subsystems[i], &self.sets.subsystems[i]);
         let (u_rows, z_rows) = (&s.U.H * &g.K, closed_loop_z(s, g));
-        let (P, P_T) = (&sets.tube_normals, &sets.terminal_normals);
+        let on_tube = |rows: &DMatrix<f64>| multipliers(&sets.tube_normals, &tube.q, rows);
+        let on_terminal = |rows: &DMatrix<f64>| multipliers(&sets.terminal_normals, &terminal.q, rows);
         Some(Proofs {
-            tube,
-            tube_x: multipliers(P, q, &s.X.H)?,
-            tube_u: multipliers(P, q, &u_rows)?,
-            tube_z: multipliers(P, q, &z_rows)?,
-            terminal,
-            terminal_x: multipliers(P_T, sigma, &s.X.H)?,
-            terminal_u: multipliers(P_T, sigma, &u_rows)?,
-            terminal_z: multipliers(P_T, sigma, &z_rows)?,
+            tube_normals: sets.tube_normals.clone(),
+            terminal_normals: sets.terminal_normals.clone(),
+            tube: tube.Lambda.clone(),
+            tube_x: on_tube(&s.X.H)?,
+            tube_u: on_tube(&u_rows)?,
+            tube_z: on_tube(&z_rows)?,
+            terminal: terminal.Lambda.clone(),
+            terminal_x: on_terminal(&s.X.H)?,
+            terminal_u: on_terminal(&u_rows)?,
+            terminal_z: on_terminal(&z_rows)?,
         })
+    }
+}
+
+impl Proofs {
+    /// Without the strips of Sigma_i that only their own invariance uses.
+    fn without_idle_strips(&self) -> Self {
+        let needed = [&self.terminal_x, &self.terminal_u, &self.terminal_z];
+        let mut kept: Vec<usize> = (0..self.terminal.len()).collect();
+        while let Some(idle) = kept.iter().position(|&r| {
+            let invariance = kept.iter().filter(|&&other| other != r).map(|&other| &self.terminal[other]);
+            kept.len() > self.terminal_normals.ncols()
+                && invariance.chain(needed.into_iter().flatten()).all(|proof| proof.mu[r] == 0.0)
+        }) {
+            kept.remove(idle);
+        }
+        let select = |proofs: &[Multiplier]| proofs.iter().map(|proof| proof.select(&kept)).collect::<Vec<_>>();
+        Self {
+            terminal_normals: self.terminal_normals.select_rows(&kept),
+            terminal: kept.iter().map(|&r| self.terminal[r].select(&kept)).collect(),
+            terminal_x: select(&self.terminal_x),
+            terminal_u: select(&self.terminal_u),
+            terminal_z: select(&self.terminal_z),
+            ..self.clone()
+        }
     }
 }
 

@@ -53,6 +53,11 @@ pub struct Multiplier {
 }
 
 impl Multiplier {
+    /// The same proof on the strips `kept`; the others must have no part in it.
+    pub fn select(&self, kept: &[usize]) -> Self {
+        Self { mu: self.mu.select_rows(kept), residual: self.residual.clone() }
+    }
+
     /// |mu| q: the bound, but for the residual.
     pub fn on(&self, q: &DVector<f64>) -> f64 {
         self.mu.iter().zip(q).map(|(mu, q)| mu.abs() * q).sum()

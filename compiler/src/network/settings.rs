@@ -54,8 +54,8 @@ fn wishes(spec: &Spec, errors: &mut Diagnostics) -> Option<Wishes> {
         Some(given) => not_negative(key, given, errors),
         None => Some(default),
     };
-    let reserve_weight = weight("`reserve-weight`", &given.reserve_weight, 0.1);
-    let terminal_weight = weight("`terminal-weight`", &given.terminal_weight, 0.05);
+    let reserve_weight = weight("`reserve-weight`", &given.reserve_weight, 0.2);
+    let terminal_weight = weight("`terminal-weight`", &given.terminal_weight, 0.1);
     let epsilon_weight = weight("`epsilon-weight`", &given.epsilon_weight, 0.5);
     let facet_loss = weight("`facet-loss`", &given.facet_loss, 0.01);
     Some(Wishes {

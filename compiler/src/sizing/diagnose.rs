@@ -1,7 +1,7 @@
 //! Why the program has no point: which wish is too large, and how large it may be.
 
-use super::program::{Asks, Goal, Program};
 use super::Context;
+use super::program::{Asks, Goal, Program};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
 use crate::optim::conic::Answer;
 
@@ -49,8 +49,11 @@ impl Limit {
     }
 
     fn rows(&self, context: &Context) -> String {
-        let names: Vec<String> =
-            self.tight.iter().map(|(i, name)| format!("`{name}` of `{}`", context.network.subsystems[*i].name)).collect();
+        let names: Vec<String> = self
+            .tight
+            .iter()
+            .map(|(i, name)| format!("`{name}` of `{}`", context.network.subsystems[*i].name))
+            .collect();
         if names.is_empty() { "the small-gain loop".to_owned() } else { names.join(", ") }
     }
 }
@@ -74,12 +77,18 @@ fn epsilon_too_large(context: &Context, epsilon: f64, limit: &Limit) -> Diagnost
         }
     }
     error
-        .note(format!("the largest epsilon with any set-point is {:.4}; what stops it: {}", limit.value, limit.rows(context)))
+        .note(format!(
+            "the largest epsilon with any set-point is {:.4}; what stops it: {}",
+            limit.value,
+            limit.rows(context)
+        ))
         .help(format!("choose epsilon = {} or less, or leave it out and let the compiler choose", inside(limit.value)))
 }
 
 fn emptied(subsystem: &str, row: &str, room: f64, taken: f64) -> String {
-    format!("`{row}` of `{subsystem}` is emptied: its room is {room:.4}, moving references take {taken:.4} of it (Delta^chi in (25b))")
+    format!(
+        "`{row}` of `{subsystem}` is emptied: its room is {room:.4}, moving references take {taken:.4} of it (Delta^chi in (25b))"
+    )
 }
 
 fn reserve_too_large(context: &Context, limit: &Limit) -> Diagnostic {
@@ -95,10 +104,15 @@ fn reserve_too_large(context: &Context, limit: &Limit) -> Diagnostic {
 fn cover_too_large(context: &Context, limit: &Limit) -> Diagnostic {
     let mut error = Diagnostic::error("E0403", "the set-points to cover cannot all be held");
     for s in context.network.subsystems.iter().filter(|s| s.cover.iter().any(Option::is_some)) {
-        error = error.at(s.places.or_header(&s.places.cover), format!("{:.1} % of this is possible", 100.0 * limit.value));
+        error =
+            error.at(s.places.or_header(&s.places.cover), format!("{:.1} % of this is possible", 100.0 * limit.value));
     }
     error
-        .note(format!("all ranges together, the largest common share is {:.4}; what stops it: {}", limit.value, limit.rows(context)))
+        .note(format!(
+            "all ranges together, the largest common share is {:.4}; what stops it: {}",
+            limit.value,
+            limit.rows(context)
+        ))
         .help("cover less, choose a smaller epsilon or reserve, or widen the bound that stops it")
 }
 

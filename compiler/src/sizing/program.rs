@@ -7,7 +7,7 @@ use nalgebra::DVector;
 use super::{Context, Proofs};
 use crate::convex::Multiplier;
 use crate::optim::conic::{Answer, LogProgram};
-use crate::sets::{ReferenceShare, import_gain, floor_support};
+use crate::sets::{ReferenceShare, floor_support, import_gain};
 
 /// What is asked of the program beyond the network's wishes.
 #[derive(Debug, Clone, Default)]
@@ -79,7 +79,7 @@ impl Program {
     pub fn new(context: &Context, proofs: Vec<Proofs>, asks: &Asks) -> Self {
         let mut problem = LogProgram::default();
         let variables = context.network.subsystems.iter().enumerate();
-        let variables = variables.map(|(i, _)| Variables::new(context, i, &mut problem)).collect();
+        let variables = variables.map(|(i, _)| Variables::new(context, i, &proofs[i], &mut problem)).collect();
         let epsilon = match asks.epsilon.or(context.network.reference.epsilon) {
             Some(epsilon) if asks.goal != Goal::Epsilon => Epsilon::Given(epsilon),
             _ => Epsilon::Free(problem.variable()),
@@ -88,7 +88,7 @@ impl Program {
         let mut program = Self { proofs, problem, variables, epsilon, factor, rows: Vec::new() };
         for i in 0..context.network.subsystems.len() {
             program.tube(context, i);
-            program.terminal(context, i);
+            program.terminal(i);
             program.references(context, i);
             program.wanted(context, i, asks);
         }
@@ -162,7 +162,9 @@ impl Program {
             minus(&mut terms, &v.q, proof);
             for (j, gain) in &imports {
                 let zeta = self.variables[*j].zeta.clone();
-                terms.extend(zeta.enumerate().map(|(k, variable)| (variable, -gain[(r, k)] * (1.0 + 2.0 * TUBE_MARGIN))));
+                terms.extend(
+                    zeta.enumerate().map(|(k, variable)| (variable, -gain[(r, k)] * (1.0 + 2.0 * TUBE_MARGIN))),
+                );
             }
             self.at_least_zero(terms, -2.0 * floor[r]);
         }
@@ -174,8 +176,8 @@ impl Program {
     }
 
     /// (24) and (25a), and the half-axes: the points +-upset_k e_k lie in Sigma_i.
-    fn terminal(&mut self, context: &Context, i: usize) {
-        let normals = &context.sets.subsystems[i].terminal_normals;
+    fn terminal(&mut self, i: usize) {
+        let normals = self.proofs[i].terminal_normals.clone();
         let v = self.variables[i].clone();
         for (r, proof) in self.proofs[i].terminal.clone().iter().enumerate() {
             let mut terms = vec![(v.sigma.start + r, 1.0 - MARGIN)];
@@ -335,15 +337,15 @@ impl Program {
 }
 
 impl Variables {
-    fn new(context: &Context, i: usize, problem: &mut LogProgram) -> Self {
-        let (s, sets) = (&context.network.subsystems[i], &context.sets.subsystems[i]);
+    fn new(context: &Context, i: usize, proofs: &Proofs, problem: &mut LogProgram) -> Self {
+        let s = &context.network.subsystems[i];
         let mut take = |count: usize| {
             let start = problem.variables;
             problem.variables += count;
             start..start + count
         };
         let (zeta, dz) = (take(s.nz()), take(s.nz()));
-        let (q, sigma, upset) = (take(sets.tube_normals.nrows()), take(sets.terminal_normals.nrows()), take(s.n()));
+        let (q, sigma, upset) = (take(proofs.tube.len()), take(proofs.terminal.len()), take(s.n()));
         let y_max = take(s.p());
         let y_min = if context.network.wishes.symmetric { y_max.clone() } else { take(s.p()) };
         Self { zeta, dz, q, sigma, upset, y_max, y_min }

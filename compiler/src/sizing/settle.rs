@@ -3,12 +3,12 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::program::{Program, TUBE_MARGIN};
-use super::verify::Tightening;
+use super::verify::{Tightening, taken};
 use super::{Context, Sizing, SubsystemSizing};
 use crate::convex::{Box, Polytope, Strips};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::optim::rounding::{down_to_digits, to_digits, up_to_digits};
-use crate::sets::{floor_support, import_gain};
+use crate::sets::{ReferenceShare, floor_support, import_gain};
 
 /// Digits of what the solver chose (epsilon, Y_i, Delta_i^z): its own accuracy, and pleasant to read.
 const CHOSEN: usize = 6;
@@ -27,6 +27,12 @@ pub fn settle(context: &Context, program: &Program, point: &[f64]) -> Result<Siz
         subsystems.push(subsystem(context, program, point, i, q, zeta, dz));
     }
     let mut sizing = Sizing { epsilon, subsystems, l_tilde: Vec::new(), slacks: Vec::new(), trade: Vec::new() };
+    for (i, sets) in context.sets.subsystems.iter().enumerate() {
+        let taken = |shares: &[ReferenceShare]| shares.iter().map(|share| taken(&sizing, share)).collect();
+        let (x_ref, u_ref): (Vec<f64>, Vec<f64>) = (taken(&sets.x_rows), taken(&sets.u_rows));
+        sizing.subsystems[i].x_ref = DVector::from_vec(x_ref);
+        sizing.subsystems[i].u_ref = DVector::from_vec(u_ref);
+    }
     sizing.l_tilde = l_tilde(context, &sizing);
     Ok(sizing)
 }
@@ -92,10 +98,10 @@ fn subsystem(
     zeta: DVector<f64>,
     dz: DVector<f64>,
 ) -> SubsystemSizing {
-    let (s, sets) = (&context.network.subsystems[i], &context.sets.subsystems[i]);
-    let E = Strips { P: sets.tube_normals.clone(), q };
+    let s = &context.network.subsystems[i];
+    let E = Strips { P: program.proofs[i].tube_normals.clone(), q };
     let sigma = program.sigma(point, i).map(|v| to_digits(v, DERIVED));
-    let Sigma = Strips { P: sets.terminal_normals.clone(), q: sigma };
+    let Sigma = Strips { P: program.proofs[i].terminal_normals.clone(), q: sigma };
     let tightening = Tightening::new(context, program, i, &E);
     let (max, min) = program.y_ends(point, i);
     // An end that the interior-point solver left at 1e-9 of the width is 0.
@@ -110,6 +116,8 @@ fn subsystem(
             max: DVector::from_fn(s.p(), |k, _| end(max[k], min[k], cover(k).1)),
             min: DVector::from_fn(s.p(), |k, _| 0.0 - end(min[k], max[k], -cover(k).0)),
         },
+        x_ref: DVector::zeros(0),
+        u_ref: DVector::zeros(0),
         upset: program.upset(point, i),
         zeta,
         dz,
@@ -123,14 +131,13 @@ fn l_tilde(context: &Context, sizing: &Sizing) -> Vec<f64> {
     let constraints = context.network.coupling_constraints.iter().zip(&context.sets.coupling);
     constraints
         .map(|(c, rates)| {
-            let taken: f64 = c
-                .Hz
-                .iter()
-                .map(|(j, row)| {
-                    let zeta = &sizing.subsystems[*j].zeta;
-                    sizing.epsilon * rates[j] + row.iter().zip(zeta).map(|(h, z)| h.abs() * z).sum::<f64>()
-                })
-                .sum();
+            let taken: f64 =
+                c.Hz.iter()
+                    .map(|(j, row)| {
+                        let zeta = &sizing.subsystems[*j].zeta;
+                        sizing.epsilon * rates[j] + row.iter().zip(zeta).map(|(h, z)| h.abs() * z).sum::<f64>()
+                    })
+                    .sum();
             down_to_digits(c.l - taken * (1.0 + 1e-12), DERIVED)
         })
         .collect()

@@ -19,10 +19,7 @@ impl Tightening {
     pub fn new(context: &Context, program: &Program, i: usize, E: &Strips) -> Self {
         let (s, g) = (&context.network.subsystems[i], &context.gains.subsystems[i]);
         let set = Bounds::new(E);
-        Self {
-            x: set.all(&program.proofs[i].tube_x, &s.X.H),
-            u: set.all(&program.proofs[i].tube_u, &(&s.U.H * &g.K)),
-        }
+        Self { x: set.all(&program.proofs[i].tube_x, &s.X.H), u: set.all(&program.proofs[i].tube_u, &(&s.U.H * &g.K)) }
     }
 
     /// h - support, rounded down.
@@ -132,34 +129,31 @@ impl Inclusions<'_> {
     /// (25b), against the tightened sets.
     fn references(&mut self, terminal: &Bounds, sized: &SubsystemSizing) {
         let s = &self.context.network.subsystems[self.i];
-        let sets = &self.context.sets.subsystems[self.i];
         let on_u = &s.U.H * &self.context.gains.subsystems[self.i].K;
         let of_x = terminal.all(&self.proofs.terminal_x, &s.X.H);
         let of_u = terminal.all(&self.proofs.terminal_u, &on_u);
         for (r, name) in s.X.rows.iter().enumerate() {
-            let taken = self.taken(&sets.x_rows[r]);
-            self.record("(25b)", name.clone(), sized.X_nom.h[r] - sum_upper([taken, of_x[r]]));
+            self.record("(25b)", name.clone(), sized.X_nom.h[r] - sum_upper([sized.x_ref[r], of_x[r]]));
         }
         for (r, name) in s.U.rows.iter().enumerate() {
-            let taken = self.taken(&sets.u_rows[r]);
-            self.record("(25b)", name.clone(), sized.U_nom.h[r] - sum_upper([taken, of_u[r]]));
+            self.record("(25b)", name.clone(), sized.U_nom.h[r] - sum_upper([sized.u_ref[r], of_u[r]]));
         }
-    }
-
-    /// Support of the steady states over the product of Y_j, plus Delta^chi.
-    fn taken(&self, share: &ReferenceShare) -> f64 {
-        let ends = self.sizing.subsystems.iter().flat_map(|s| s.Y.max.iter().zip(s.Y.min.iter()));
-        let mut parts = vec![self.sizing.epsilon * share.rate];
-        for (gain, (max, min)) in share.steady.iter().zip(ends) {
-            parts.push((gain * max).max(gain * min) + share.steady_error * max.max(-min));
-        }
-        sum_upper(parts)
     }
 
     fn record(&mut self, equation: &'static str, what: String, value: f64) {
         let name = &self.context.network.subsystems[self.i].name;
         self.slacks.push(Slack { equation, what: format!("{name}: {what}"), value });
     }
+}
+
+/// Upper bound of a row on the references: support of the steady states over the product of Y_j, plus Delta^chi.
+pub fn taken(sizing: &Sizing, share: &ReferenceShare) -> f64 {
+    let ends = sizing.subsystems.iter().flat_map(|s| s.Y.max.iter().zip(s.Y.min.iter()));
+    let mut parts = vec![sizing.epsilon * share.rate];
+    for (gain, (max, min)) in share.steady.iter().zip(ends) {
+        parts.push((gain * max).max(gain * min) + share.steady_error * max.max(-min));
+    }
+    sum_upper(parts)
 }
 
 fn lost(context: &Context, slack: &Slack) -> Diagnostic {
