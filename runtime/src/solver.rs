@@ -318,7 +318,8 @@ impl<const NV: usize> Solver<NV> {
         }
         for _ in 0..=NV {
             self.recompute();
-            let smallest = self.multipliers.iter().copied().enumerate().take(self.len).min_by(|a, b| a.1.total_cmp(&b.1));
+            let smallest =
+                self.multipliers.iter().copied().enumerate().take(self.len).min_by(|a, b| a.1.total_cmp(&b.1));
             match smallest {
                 Some((at, multiplier)) if multiplier < 0.0 => self.remove(at),
                 _ => return,

@@ -3,12 +3,37 @@
 //! Sizes, as constant parameters of one subsystem:
 //! `NX` states, `NU` inputs, `NY` outputs, `NZ` coupling outputs; `NI` imported coupling outputs (those of all
 //! neighbours, one after the other), `NJ` imported outputs (of all constraint neighbours, one after the other);
-//! `NC` coupling constraints; `N` horizon; `NV = NX + N NU` unknowns of the i-DPC problem, `NR` its rows, of which
+//! `NC` coupling constraints; `NB` neighbours; `N` horizon; `NV = NX + N NU` unknowns of the i-DPC problem, `NR` its rows, of which
 //! `NT` are tube rows, `NS` state rows and `NQ` input rows.
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
+/// Everything one subsystem's controller is made of. `R` is its reference-output layer, [`Clamp`] or [`Nearest`].
+#[derive(Debug, Clone)]
+pub struct Tables<
+    R,
+    const NX: usize,
+    const NU: usize,
+    const NY: usize,
+    const NZ: usize,
+    const NI: usize,
+    const NJ: usize,
+    const NC: usize,
+    const NB: usize,
+    const N: usize,
+    const NV: usize,
+    const NR: usize,
+    const NT: usize,
+    const NS: usize,
+    const NQ: usize,
+> {
+    pub model: Model<NX, NU, NY, NZ, NI>,
+    pub coupling: [CouplingRow<NY, NJ>; NC],
+    pub reference: R,
+    pub problem: DpcProblem<NX, NU, NV, NR, NT, NS, NQ>,
+}
+
 /// Model (1), (2) and gains of one subsystem.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Model<const NX: usize, const NU: usize, const NY: usize, const NZ: usize, const NI: usize> {
     /// A_ii.
     pub A: [[f64; NX]; NX],
@@ -34,7 +59,7 @@ pub struct Model<const NX: usize, const NU: usize, const NY: usize, const NZ: us
 }
 
 /// Row of the tightened coupling constraint (28) as this subsystem sees it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct CouplingRow<const NY: usize, const NJ: usize> {
     /// H_h^[i].
     pub own: [f64; NY],
@@ -48,7 +73,7 @@ pub struct CouplingRow<const NY: usize, const NJ: usize> {
 
 /// Reference-output layer (29)-(31) with (28) where it is an interval per output: one output, or T_i diagonal, Y_i a
 /// box, q = inf, and every coupling row on one output only.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Clamp<const NY: usize, const NC: usize> {
     /// t / (t + gamma) per output: the unconstrained optimum of (29) is y + weight (set-point - y).
     pub weight: [f64; NY],
@@ -65,7 +90,7 @@ pub struct Clamp<const NY: usize, const NC: usize> {
 ///
 /// With T_i + gamma I = U diag(d) U' and y = U r, (29) is: minimise sum d_k (r_k - c_k)^2. `NA` rows of Y_i, `NB`
 /// rows of the rate ball (none for q = 2, which is `ball`), `NC` coupling rows.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Nearest<const NY: usize, const NA: usize, const NB: usize, const NC: usize> {
     /// U, orthogonal; columns are the eigenvectors of T_i.
     pub basis: [[f64; NY]; NY],
@@ -85,7 +110,7 @@ pub struct Nearest<const NY: usize, const NA: usize, const NB: usize, const NC: 
 }
 
 /// Row that acts on one stage of the prediction: its offset is `row . p_k` with p_k = xref_{t+k} or uref_{t+k}.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct StageRow<const NP: usize> {
     /// k, 0 <= k < N.
     pub stage: usize,
@@ -102,7 +127,7 @@ pub struct StageRow<const NP: usize> {
 /// with no offset (35b), (36). `offset` is zero but for: tube row r, `tube[r] . e` with e = x_t - xref_t; state row
 /// r, `state[r].row . xref_{t+k}`; input row r, `input[r].row . uref_{t+k}`. An absent side is infinite.
 /// dx_0 = first NX entries of `T w`.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct DpcProblem<
     const NX: usize,
     const NU: usize,

@@ -1,11 +1,9 @@
 //! Does the least-distance solver find the minimiser, or prove that there is none?
 
-mod random;
-
+use crate::random::Random;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 use dpc_runtime::solver::{Outcome, Row, Rows, Side, Solver, WorkingSet};
-use random::Random;
 
 const BUDGET: usize = 1000;
 

@@ -1,0 +1,309 @@
+//! One subsystem's controller: the step, and the order of things in it.
+
+use crate::linear::{add, clip, dot, finite, subtract, times};
+use crate::message::{Delivery, Inbox, Message};
+use crate::problem::Plan;
+use crate::reference::ReferenceLayer;
+use crate::solver::{Outcome, Solver, WorkingSet};
+use crate::start::{StartError, SteadyState};
+use crate::status::{Control, References, Status};
+use crate::tables::{CouplingRow, Tables};
+use crate::trajectory::{Point, Trajectory};
+
+/// The first step's references count as steady up to this, relative to the state's size.
+const STEADY: f64 = 1e-6;
+
+/// A coupling constraint counts as exceeded above this, relative to the numbers in it.
+const EXCEEDED: f64 = 1e-9;
+
+/// The shifted candidate counts as feasible up to this, relative to the rows' limits: it carries the rounding errors of
+/// all steps since the last solution.
+const CANDIDATE: f64 = 1e-9;
+
+/// The controller of one subsystem: everything it remembers from step to step.
+///
+/// `'a` is the life of the tables; an emitted file keeps them in a `static`. See [`Tables`] for the sizes.
+#[derive(Debug, Clone)]
+pub struct Controller<
+    'a,
+    R,
+    const NX: usize,
+    const NU: usize,
+    const NY: usize,
+    const NZ: usize,
+    const NI: usize,
+    const NJ: usize,
+    const NC: usize,
+    const NB: usize,
+    const N: usize,
+    const NV: usize,
+    const NR: usize,
+    const NT: usize,
+    const NS: usize,
+    const NQ: usize,
+> {
+    tables: &'a Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>,
+    step: i64,
+    trajectory: Trajectory<NX, NU, NY, N>,
+    /// The last solution, shifted to the present: the candidate (47).
+    plan: Plan<NX, NU, N>,
+    working_set: WorkingSet<NV>,
+    max_iterations: usize,
+    degraded: bool,
+}
+
+/// What a step gives.
+#[derive(Debug, Clone, Copy)]
+pub struct Step<const NX: usize, const NU: usize, const NY: usize, const NZ: usize, const NB: usize> {
+    /// u_t of (38).
+    pub input: [f64; NU],
+    /// For all neighbours, who need it at their step t + 1.
+    pub message: Message<NY, NZ>,
+    pub status: Status<NB>,
+    pub telemetry: Telemetry<NX, NU, NY>,
+}
+
+/// The first half of a step: what is needed now.
+#[derive(Debug, Clone, Copy)]
+pub struct Input<const NX: usize, const NU: usize, const NY: usize> {
+    /// u_t of (38).
+    pub input: [f64; NU],
+    pub control: Control,
+    pub telemetry: Telemetry<NX, NU, NY>,
+}
+
+/// The second half of a step: what is needed in the next period.
+#[derive(Debug, Clone, Copy)]
+pub struct Outlook<const NY: usize, const NZ: usize, const NB: usize> {
+    /// For all neighbours, who need it at their step t + 1.
+    pub message: Message<NY, NZ>,
+    pub references: References,
+    pub deliveries: [Delivery; NB],
+}
+
+/// The signals inside the controller at time t.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Telemetry<const NX: usize, const NU: usize, const NY: usize> {
+    /// xref_t.
+    pub x_ref: [f64; NX],
+    /// uref_t.
+    pub u_ref: [f64; NU],
+    /// yref_t.
+    pub y_ref: [f64; NY],
+    /// xhat_{t|t}.
+    pub x_nom: [f64; NX],
+    /// uhat_{t|t}.
+    pub u_nom: [f64; NU],
+}
+
+impl<
+    'a,
+    R: ReferenceLayer<NY, NC>,
+    const NX: usize,
+    const NU: usize,
+    const NY: usize,
+    const NZ: usize,
+    const NI: usize,
+    const NJ: usize,
+    const NC: usize,
+    const NB: usize,
+    const N: usize,
+    const NV: usize,
+    const NR: usize,
+    const NT: usize,
+    const NS: usize,
+    const NQ: usize,
+> Controller<'a, R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>
+{
+    /// A controller whose references stay at `steady`, and its message to all neighbours, which they need at step 0.
+    ///
+    /// The plant need not be there at step 0: any state will do for which the i-DPC problem is feasible.
+    ///
+    /// # Errors
+    /// `steady` is not finite, its output is outside Y_i, its input outside U_i, or no reference has that input. Whether
+    /// it is steady together with the neighbours is seen at step 0, from their messages.
+    pub fn start(
+        tables: &'a Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>,
+        steady: &SteadyState<NX, NU>,
+    ) -> Result<(Self, Message<NY, NZ>), StartError> {
+        const {
+            assert!(N > 0, "the horizon is at least 1");
+            assert!(NV == NX + N * NU, "the unknowns are dx_0, du_0, ..., du_{{N-1}}");
+            assert!(NT + NS + NQ <= NR, "there are at least as many rows as rows with offsets");
+        }
+        let model = &tables.model;
+        if !steady.is_finite() {
+            return Err(StartError::NotFinite);
+        }
+        let point = Point { x: steady.x, u: steady.u, y: times(&model.C, &steady.x) };
+        if !tables.reference.contains(&point.y) {
+            return Err(StartError::OutputOutside);
+        }
+        if let Some(input) = steady.input_outside(&model.u_min, &model.u_max) {
+            return Err(StartError::InputOutside { input });
+        }
+        let trajectory = Trajectory::constant(point, steady.error_sum(model)?);
+        let controller = Self {
+            tables,
+            step: 0,
+            trajectory,
+            plan: Plan::REST,
+            working_set: WorkingSet::EMPTY,
+            max_iterations: tables.problem.max_iterations,
+            degraded: false,
+        };
+        let message = controller.message(-1);
+        Ok((controller, message))
+    }
+
+    /// One period: from the measured state x_t, the set-point and the neighbours' messages of step t - 1 to the input u_t
+    /// and the message of step t. The same as [`Self::input`], then [`Self::references`].
+    pub fn step(
+        &mut self,
+        x: &[f64; NX],
+        set_point: &[f64; NY],
+        inbox: &mut Inbox<NI, NJ, NB>,
+    ) -> Step<NX, NU, NY, NZ, NB> {
+        let Input { input, control, telemetry } = self.input(x);
+        let Outlook { message, references, deliveries } = self.references(set_point, inbox);
+        let status = Status { control, references, deliveries, degraded: self.degraded };
+        Step { input, message, status, telemetry }
+    }
+
+    /// The input of this period. It depends on no message and not on the set-point, so it can be applied before they are
+    /// looked at. [`Self::references`] ends the period; until then, calling it again replaces the answer.
+    pub fn input(&mut self, x: &[f64; NX]) -> Input<NX, NU, NY> {
+        let reference = self.trajectory.now();
+        let e = subtract(x, &reference.x);
+        let mut control = if finite(&e) { self.control(&e) } else { Control::NotFinite };
+        let mut input = self.feedback(&reference.u, &e);
+        if !finite(&input) {
+            control = Control::NotFinite;
+            input = self.feedback(&reference.u, &self.plan.dx);
+        }
+        if !control.is_admissible() {
+            self.confine(&mut input);
+        }
+        let u_nom = add(&reference.u, &self.plan.now());
+        let telemetry = Telemetry {
+            x_ref: reference.x,
+            u_ref: reference.u,
+            y_ref: reference.y,
+            x_nom: add(&reference.x, &self.plan.dx),
+            u_nom,
+        };
+        Input { input, control, telemetry }
+    }
+
+    /// The references at t + N from the neighbours' at t + N - 1; ends the period.
+    pub fn references(&mut self, set_point: &[f64; NY], inbox: &mut Inbox<NI, NJ, NB>) -> Outlook<NY, NZ, NB> {
+        let imports = inbox.collect(self.step.wrapping_sub(1));
+        let heard = imports.deliveries.iter().all(|delivery| *delivery == Delivery::InSequence);
+        let (y, references) = self.next_output(set_point, &imports.y, heard);
+        let references = if heard && self.departs(&imports.z) { References::NotSteady } else { references };
+        self.degraded |= !heard || !references.are_admissible();
+        self.trajectory.advance(&self.tables.model, y, &imports.z);
+        self.plan = self.plan.shifted(&self.tables.model);
+        let message = self.message(self.step);
+        self.step = self.step.wrapping_add(1);
+        Outlook { message, references, deliveries: imports.deliveries }
+    }
+
+    /// t: how many periods have ended.
+    pub fn steps(&self) -> i64 {
+        self.step
+    }
+
+    /// Whether the references have lost the guarantee; see [`Status::degraded`].
+    pub fn is_degraded(&self) -> bool {
+        self.degraded
+    }
+
+    /// Replaces the iteration budget of the tables and forgets the warm start: for a node that has less time, or, with 0,
+    /// to see the shifted candidate at work.
+    pub fn limit_iterations(&mut self, max_iterations: usize) {
+        self.max_iterations = max_iterations;
+        self.working_set = WorkingSet::EMPTY;
+    }
+
+    /// Solves the i-DPC problem and plans its solution, or keeps the shifted candidate and says why.
+    fn control(&mut self, e: &[f64; NX]) -> Control {
+        let problem = &self.tables.problem;
+        let instance = problem.at(e, &self.trajectory.x, &self.trajectory.u);
+        if instance.rests() {
+            self.plan = Plan::REST;
+            self.working_set = WorkingSet::EMPTY;
+            return Control::AtReference;
+        }
+        if !instance.is_finite() {
+            return Control::NotFinite;
+        }
+        let mut solver = Solver::NEW;
+        match solver.solve(&instance, &self.working_set, self.max_iterations) {
+            Outcome::Optimal { iterations } => {
+                self.plan = problem.plan(solver.w());
+                self.working_set = solver.working_set();
+                Control::Optimal { iterations, active: self.working_set.len() }
+            }
+            Outcome::Infeasible { row } => Control::Infeasible { row },
+            Outcome::IterationLimit if instance.admits(&problem.unknowns(&self.plan), CANDIDATE) => Control::Candidate,
+            Outcome::IterationLimit => Control::IterationLimit,
+        }
+    }
+
+    /// (38): uref_t + du_0 + K (x - xhat), with x - xhat = (x - xref) - dx_0.
+    fn feedback(&self, u_ref: &[f64; NU], deviation: &[f64; NX]) -> [f64; NU] {
+        let error = subtract(deviation, &self.plan.dx);
+        add(&add(u_ref, &self.plan.now()), &times(&self.tables.model.K, &error))
+    }
+
+    fn confine(&self, input: &mut [f64; NU]) {
+        let model = &self.tables.model;
+        for (u, (low, high)) in input.iter_mut().zip(model.u_min.iter().zip(&model.u_max)) {
+            *u = clip(*u, *low, *high);
+        }
+    }
+
+    /// yref_{t+N} by the reference-output layer.
+    fn next_output(&self, set_point: &[f64; NY], y_others: &[f64; NJ], heard: bool) -> ([f64; NY], References) {
+        let previous = self.trajectory.newest().y;
+        if NC > 0 && !heard {
+            return (previous, References::Waiting);
+        }
+        if !finite(set_point) {
+            return (previous, References::SetPointNotFinite);
+        }
+        let limits = self.tables.coupling.each_ref().map(|row| row.share(&previous, y_others));
+        let exceeded = self.tables.coupling.iter().position(|row| row.exceeded(&previous, y_others));
+        match (self.tables.reference.next(&previous, set_point, &limits), exceeded) {
+            (next, Some(row)) => (next.unwrap_or(previous), References::CouplingExceeded { row }),
+            (Some(next), None) => (next, References::Nearest),
+            (None, None) => (previous, References::Kept),
+        }
+    }
+
+    /// Whether this is the first step and the start does not stay where it is under the neighbours' starts.
+    fn departs(&self, z: &[f64; NI]) -> bool {
+        self.step == 0 && self.trajectory.drift(&self.tables.model, z) > STEADY
+    }
+
+    fn message(&self, step: i64) -> Message<NY, NZ> {
+        let newest = self.trajectory.newest();
+        Message { step, y_ref: newest.y, z_ref: newest.coupling_output(&self.tables.model) }
+    }
+}
+
+impl<const NY: usize, const NJ: usize> CouplingRow<NY, NJ> {
+    /// Right-hand side of (28).
+    fn share(&self, own: &[f64; NY], others: &[f64; NJ]) -> f64 {
+        let foreign = dot(&self.others, others);
+        let slack = self.l_tilde - (dot(&self.own, own) + foreign);
+        self.l_tilde - foreign - (self.members - 1.0) / self.members * slack
+    }
+
+    /// Whether k_h of (27) is above the tightened limit, by more than rounding.
+    fn exceeded(&self, own: &[f64; NY], others: &[f64; NJ]) -> bool {
+        let (own, foreign) = (dot(&self.own, own), dot(&self.others, others));
+        own + foreign - self.l_tilde > EXCEEDED * (own.abs() + foreign.abs() + self.l_tilde.abs())
+    }
+}

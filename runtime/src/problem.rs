@@ -1,0 +1,147 @@
+//! The i-DPC problem (33)-(36) for the parameters of one step.
+
+use crate::linear::{add, dot, finite, largest, shift_in, times};
+use crate::solver::{Row, Rows};
+use crate::tables::{DpcProblem, Model, StageRow};
+
+/// [`DpcProblem`] with the offsets of its rows for one measured state and one reference trajectory.
+#[derive(Debug)]
+pub struct Instance<'a, const NV: usize, const NR: usize> {
+    normals: &'a [[f64; NV]; NR],
+    lower: &'a [f64; NR],
+    upper: &'a [f64; NR],
+    offset: [f64; NR],
+}
+
+/// A trajectory of the nominal deviations dx_k = xhat_k - xref_k, du_k = uhat_k - uref_k over the horizon.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plan<const NX: usize, const NU: usize, const N: usize> {
+    pub dx: [f64; NX],
+    pub du: [[f64; NU]; N],
+}
+
+impl<
+    const NX: usize,
+    const NU: usize,
+    const NV: usize,
+    const NR: usize,
+    const NT: usize,
+    const NS: usize,
+    const NQ: usize,
+> DpcProblem<NX, NU, NV, NR, NT, NS, NQ>
+{
+    /// The problem for e = x_t - xref_t and the references over the horizon.
+    pub fn at<const N: usize>(
+        &self,
+        e: &[f64; NX],
+        x_ref: &[[f64; NX]; N],
+        u_ref: &[[f64; NU]; N],
+    ) -> Instance<'_, NV, NR> {
+        let mut offset = [0.0; NR];
+        let mut places = offset.iter_mut();
+        for (row, place) in self.tube.iter().zip(places.by_ref()) {
+            *place = dot(row, e);
+        }
+        stage_offsets(&self.state, x_ref, &mut places);
+        stage_offsets(&self.input, u_ref, &mut places);
+        Instance { normals: &self.V, lower: &self.lower, upper: &self.upper, offset }
+    }
+
+    /// v = T w, taken apart into (dx_0, du_0, ..., du_{N-1}).
+    pub fn plan<const N: usize>(&self, w: &[f64; NV]) -> Plan<NX, NU, N> {
+        let v = times(&self.T, w);
+        let mut entries = v.iter().copied();
+        let mut plan = Plan::REST;
+        for (entry, value) in plan.dx.iter_mut().chain(plan.du.iter_mut().flatten()).zip(entries.by_ref()) {
+            *entry = value;
+        }
+        plan
+    }
+
+    /// w = T^-1 v of a plan, by substitution.
+    pub fn unknowns<const N: usize>(&self, plan: &Plan<NX, NU, N>) -> [f64; NV] {
+        let mut v = [0.0; NV];
+        for (place, value) in v.iter_mut().zip(plan.dx.iter().chain(plan.du.iter().flatten())) {
+            *place = *value;
+        }
+        let mut w = [0.0; NV];
+        for (k, (row, value)) in self.T.iter().zip(&v).enumerate().rev() {
+            let solved = value - dot(row, &w);
+            if let (Some(entry), Some(diagonal)) = (w.get_mut(k), row.get(k)) {
+                *entry = solved / diagonal;
+            }
+        }
+        w
+    }
+}
+
+impl<const NV: usize, const NR: usize> Instance<'_, NV, NR> {
+    /// Whether w = 0 satisfies every row, and therefore is optimal: xhat = xref and uhat = uref.
+    pub fn rests(&self) -> bool {
+        let rows = self.offset.iter().zip(self.lower).zip(self.upper);
+        // Without a branch per row the comparisons are done several at a time.
+        rows.fold(true, |rests, ((offset, lower), upper)| rests & (lower <= offset) & (offset <= upper))
+    }
+
+    /// Whether every offset is a finite number. A solver cannot be asked otherwise.
+    pub fn is_finite(&self) -> bool {
+        finite(&self.offset)
+    }
+
+    /// Whether `w` violates no row by more than `tolerance` times (the row's scale + the largest |w_k|).
+    pub fn admits(&self, w: &[f64; NV], tolerance: f64) -> bool {
+        let size = largest(w);
+        self.iter().all(|row| {
+            let value = dot(row.normal, w);
+            (row.lower - value).max(value - row.upper) <= tolerance * (row.scale + size)
+        })
+    }
+}
+
+impl<const NV: usize, const NR: usize> Rows<NV> for Instance<'_, NV, NR> {
+    fn iter(&self) -> impl Iterator<Item = Row<'_, NV>> {
+        let limits = self.lower.iter().zip(self.upper).zip(&self.offset);
+        self.normals.iter().zip(limits).map(|(normal, ((lower, upper), offset))| Row {
+            normal,
+            lower: lower - offset,
+            upper: upper - offset,
+            scale: finite_or_zero(*lower).max(finite_or_zero(*upper)),
+        })
+    }
+}
+
+impl<const NX: usize, const NU: usize, const N: usize> Plan<NX, NU, N> {
+    /// Nominal trajectory on the reference.
+    pub const REST: Self = Self { dx: [0.0; NX], du: [[0.0; NU]; N] };
+
+    /// du_0.
+    pub fn now(&self) -> [f64; NU] {
+        self.du.first().copied().unwrap_or([0.0; NU])
+    }
+
+    /// The candidate (47) for the next step: (dx_1, du_1, ..., du_{N-1}, K dx_N).
+    pub fn shifted<const NY: usize, const NZ: usize, const NI: usize>(
+        &self,
+        model: &Model<NX, NU, NY, NZ, NI>,
+    ) -> Self {
+        let next = |dx: &[f64; NX], du: &[f64; NU]| add(&times(&model.A, dx), &times(&model.B, du));
+        let end = self.du.iter().fold(self.dx, |dx, du| next(&dx, du));
+        let mut du = self.du;
+        shift_in(&mut du, times(&model.K, &end));
+        Self { dx: next(&self.dx, &self.now()), du }
+    }
+}
+
+fn stage_offsets<'a, const NP: usize, const N: usize>(
+    rows: &[StageRow<NP>],
+    parameters: &[[f64; NP]; N],
+    places: &mut impl Iterator<Item = &'a mut f64>,
+) {
+    for (row, place) in rows.iter().zip(places) {
+        *place = parameters.get(row.stage).map_or(f64::NAN, |parameter| dot(&row.row, parameter));
+    }
+}
+
+fn finite_or_zero(limit: f64) -> f64 {
+    if limit.is_finite() { limit.abs() } else { 0.0 }
+}

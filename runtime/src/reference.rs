@@ -1,0 +1,272 @@
+//! The reference-output layer (29)-(31) with (28).
+
+use crate::linear::{add, add_scaled, clip, dot, finite, largest, sqrt, subtract, times};
+use crate::solver::{Outcome, Row, Rows, Solver, WorkingSet};
+use crate::tables::{Clamp, Nearest};
+
+/// An output counts as inside Y_i when no limit is exceeded by more than this, relative to the limit.
+const INSIDE: f64 = 1e-9;
+
+/// Steps of bisection for the multiplier of the Euclidean ball: to the last bit of a number of that magnitude.
+const BISECTIONS: usize = 60;
+
+/// Set-points further away than this times epsilon are moved to this distance. The direction of the step that (30)
+/// allows is the same to six digits, and no accuracy is lost to large numbers.
+const HORIZON: f64 = 1e6;
+
+/// Working-set changes of the tiny problems of [`Nearest`], per row.
+const CHANGES_PER_ROW: usize = 10;
+
+/// Rounds of projection that remove what the solver's tolerance left: each makes it smaller by the cosine between rows.
+const TRIMS: usize = 4;
+
+/// Chooses yref_{t+N}.
+pub trait ReferenceLayer<const NY: usize, const NC: usize> {
+    /// The next reference output: nearest to the (finite) `set_point`, within the rate of (30) around `previous`, in
+    /// Y_i, and with own . y <= `coupling` for every coupling row (28).
+    ///
+    /// `previous` is feasible up to rounding, and a limit it violates counts as reached. So the result violates no limit
+    /// by more than `previous` does, or rounding. `None` if there is no trustworthy answer: keep `previous`.
+    fn next(&self, previous: &[f64; NY], set_point: &[f64; NY], coupling: &[f64; NC]) -> Option<[f64; NY]>;
+
+    /// Whether `y` lies in Y_i, up to 1e-9 of each limit.
+    fn contains(&self, y: &[f64; NY]) -> bool;
+}
+
+impl<const NY: usize, const NC: usize> ReferenceLayer<NY, NC> for Clamp<NY, NC> {
+    fn next(&self, previous: &[f64; NY], set_point: &[f64; NY], coupling: &[f64; NC]) -> Option<[f64; NY]> {
+        let mut low = [0.0; NY];
+        let mut high = [0.0; NY];
+        for ((low, min), y) in low.iter_mut().zip(&self.y_min).zip(previous) {
+            *low = (y - self.epsilon).max(*min);
+        }
+        for ((high, max), y) in high.iter_mut().zip(&self.y_max).zip(previous) {
+            *high = (y + self.epsilon).min(*max);
+        }
+        for (&(output, coefficient), limit) in self.rows.iter().zip(coupling) {
+            let end = limit / coefficient;
+            if coefficient > 0.0 {
+                high.iter_mut().skip(output).take(1).for_each(|high| *high = high.min(end));
+            } else if coefficient < 0.0 {
+                low.iter_mut().skip(output).take(1).for_each(|low| *low = low.max(end));
+            }
+        }
+        let mut next = *previous;
+        let ends = low.iter().zip(&high);
+        for ((y, (low, high)), (weight, set_point)) in next.iter_mut().zip(ends).zip(self.weight.iter().zip(set_point))
+        {
+            *y = clip(*y + weight * (set_point - *y), low.min(*y), high.max(*y));
+        }
+        finite(&next).then_some(next)
+    }
+
+    fn contains(&self, y: &[f64; NY]) -> bool {
+        y.iter()
+            .zip(self.y_min.iter().zip(&self.y_max))
+            .all(|(y, (min, max))| *y >= min - INSIDE * min.abs() && *y <= max + INSIDE * max.abs())
+    }
+}
+
+impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> ReferenceLayer<NY, NC>
+    for Nearest<NY, NA, NB, NC>
+{
+    fn next(&self, previous: &[f64; NY], set_point: &[f64; NY], coupling: &[f64; NC]) -> Option<[f64; NY]> {
+        let room = self.room(previous, coupling);
+        let wish = self.wish(previous, set_point);
+        let mut step = self.nearest(&room, &wish, 0.0)?;
+        let length = |step: &[f64; NY]| sqrt(dot(step, step));
+        if self.euclidean && length(&step) > self.epsilon {
+            step = self.on_ball(&room, &wish)?;
+        }
+        let next = add(previous, &self.trimmed(&room, step));
+        finite(&next).then_some(next)
+    }
+
+    fn contains(&self, y: &[f64; NY]) -> bool {
+        self.set.iter().zip(&self.set_limit).all(|(row, limit)| dot(row, y) <= limit + INSIDE * limit.abs())
+    }
+}
+
+/// How far y may move from the previous y in the direction of each row: never negative, so that not moving is exactly
+/// feasible.
+struct Room<const NA: usize, const NB: usize, const NC: usize> {
+    set: [f64; NA],
+    rate: [f64; NB],
+    coupling: [f64; NC],
+}
+
+/// The rows over w = D^1/2 (U' (y - previous) - centre), each normalised.
+struct Scaled<const NY: usize, const NA: usize, const NB: usize, const NC: usize> {
+    set: [Half<NY>; NA],
+    rate: [Half<NY>; NB],
+    coupling: [Half<NY>; NC],
+}
+
+/// normal . w <= limit.
+#[derive(Clone, Copy)]
+struct Half<const NY: usize> {
+    normal: [f64; NY],
+    limit: f64,
+    scale: f64,
+}
+
+/// The objective: sum over k of square_k (U' step - centre)_k^2.
+struct Objective<const NY: usize> {
+    /// Square roots of the weights.
+    root: [f64; NY],
+    centre: [f64; NY],
+}
+
+impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Nearest<NY, NA, NB, NC> {
+    fn room(&self, previous: &[f64; NY], coupling: &[f64; NC]) -> Room<NA, NB, NC> {
+        Room {
+            set: room(&self.set, &self.set_limit, previous),
+            rate: [self.epsilon.max(0.0); NB],
+            coupling: room(&self.coupling, coupling, previous),
+        }
+    }
+
+    /// The way to the set-point in the eigenbasis of T_i.
+    fn wish(&self, previous: &[f64; NY], set_point: &[f64; NY]) -> [f64; NY] {
+        let way = subtract(set_point, previous);
+        let far = largest(&way) / (HORIZON * self.epsilon);
+        let way = if far > 1.0 { way.map(|entry| entry / far) } else { way };
+        let mut wish = [0.0; NY];
+        for (row, entry) in self.basis.iter().zip(&way) {
+            add_scaled(&mut wish, *entry, row);
+        }
+        wish
+    }
+
+    /// The step from the previous y that minimises (29) + `multiplier` |step|^2 in `room`.
+    fn nearest(&self, room: &Room<NA, NB, NC>, wish: &[f64; NY], multiplier: f64) -> Option<[f64; NY]> {
+        let objective = self.objective(wish, multiplier);
+        let rows = Scaled {
+            set: self.scaled(&self.set, &room.set, &objective),
+            rate: self.scaled(&self.rate, &room.rate, &objective),
+            coupling: self.scaled(&self.coupling, &room.coupling, &objective),
+        };
+        let mut solver = Solver::NEW;
+        let budget = CHANGES_PER_ROW * (NY + NA + NB + NC);
+        let Outcome::Optimal { .. } = solver.solve(&rows, &WorkingSet::EMPTY, budget) else { return None };
+        let mut step = objective.centre;
+        for ((entry, w), root) in step.iter_mut().zip(solver.w()).zip(&objective.root) {
+            *entry += w / root;
+        }
+        Some(times(&self.basis, &step))
+    }
+
+    fn objective(&self, wish: &[f64; NY], multiplier: f64) -> Objective<NY> {
+        let damping = self.gamma + multiplier;
+        let mut centre = *wish;
+        for (centre, weight) in centre.iter_mut().zip(&self.weights) {
+            *centre *= weight / (weight + damping);
+        }
+        Objective { root: self.weights.map(|weight| sqrt(weight + damping)), centre }
+    }
+
+    fn scaled<const COUNT: usize>(
+        &self,
+        rows: &[[f64; NY]; COUNT],
+        room: &[f64; COUNT],
+        objective: &Objective<NY>,
+    ) -> [Half<NY>; COUNT] {
+        let mut scaled = [Half::NONE; COUNT];
+        for ((place, row), room) in scaled.iter_mut().zip(rows).zip(room) {
+            *place = self.half(row, *room, objective);
+        }
+        scaled
+    }
+
+    fn half(&self, row: &[f64; NY], room: f64, objective: &Objective<NY>) -> Half<NY> {
+        let mut turned = [0.0; NY];
+        for (basis, entry) in self.basis.iter().zip(row) {
+            add_scaled(&mut turned, *entry, basis);
+        }
+        let way = dot(&turned, &objective.centre);
+        for (entry, root) in turned.iter_mut().zip(&objective.root) {
+            *entry /= root;
+        }
+        let length = sqrt(dot(&turned, &turned));
+        if length > 0.0 {
+            let normal = turned.map(|entry| entry / length);
+            Half { normal, limit: (room - way) / length, scale: room / length }
+        } else {
+            Half::NONE
+        }
+    }
+
+    /// The step on the Euclidean ball: the multiplier of the ball, between 0 and the bound that the optimality of the step
+    /// gives, by bisection.
+    fn on_ball(&self, room: &Room<NA, NB, NC>, wish: &[f64; NY]) -> Option<[f64; NY]> {
+        let mut pull = *wish;
+        for (pull, weight) in pull.iter_mut().zip(&self.weights) {
+            *pull *= weight;
+        }
+        let mut low = 0.0;
+        let mut high = sqrt(dot(&pull, &pull)) / self.epsilon;
+        let mut inside = self.nearest(room, wish, high)?;
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            let step = self.nearest(room, wish, middle)?;
+            if dot(&step, &step) > self.epsilon * self.epsilon {
+                low = middle;
+            } else {
+                high = middle;
+                inside = step;
+            }
+        }
+        Some(inside)
+    }
+
+    /// The step without what exceeds a limit by the solver's tolerance: projected onto the rows it exceeds.
+    fn trimmed(&self, room: &Room<NA, NB, NC>, step: [f64; NY]) -> [f64; NY] {
+        let mut step = step;
+        for _ in 0..TRIMS {
+            trim(&self.set, &room.set, &mut step);
+            trim(&self.rate, &room.rate, &mut step);
+            trim(&self.coupling, &room.coupling, &mut step);
+        }
+        // Shrinking keeps every row: not moving satisfies all of them.
+        let length = sqrt(dot(&step, &step));
+        let part = if self.euclidean && length > self.epsilon { self.epsilon / length } else { 1.0 };
+        step.map(|entry| part * entry)
+    }
+}
+
+fn trim<const NY: usize, const COUNT: usize>(rows: &[[f64; NY]; COUNT], room: &[f64; COUNT], step: &mut [f64; NY]) {
+    for (row, room) in rows.iter().zip(room) {
+        let excess = dot(row, step) - room;
+        if excess > 0.0 {
+            add_scaled(step, -excess / dot(row, row), row);
+        }
+    }
+}
+
+fn room<const NY: usize, const COUNT: usize>(
+    rows: &[[f64; NY]; COUNT],
+    limits: &[f64; COUNT],
+    previous: &[f64; NY],
+) -> [f64; COUNT] {
+    let mut room = *limits;
+    for (room, row) in room.iter_mut().zip(rows) {
+        *room = (*room - dot(row, previous)).max(0.0);
+    }
+    room
+}
+
+impl<const NY: usize> Half<NY> {
+    /// A row without a normal, which restricts nothing.
+    const NONE: Self = Self { normal: [0.0; NY], limit: f64::INFINITY, scale: 0.0 };
+}
+
+impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Rows<NY> for Scaled<NY, NA, NB, NC> {
+    fn iter(&self) -> impl Iterator<Item = Row<'_, NY>> {
+        self.set.iter().chain(&self.rate).chain(&self.coupling).map(|half| Row {
+            normal: &half.normal,
+            lower: f64::NEG_INFINITY,
+            upper: half.limit,
+            scale: half.scale,
+        })
+    }
+}

@@ -1,0 +1,109 @@
+//! Starting from a steady state.
+
+use core::fmt;
+
+use crate::factor::Factor;
+use crate::linear::{add_scaled, dot, finite, largest, subtract, times};
+use crate::tables::Model;
+
+/// A state and an input that the subsystem can stay at, together with its neighbours at theirs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SteadyState<const NX: usize, const NU: usize> {
+    pub x: [f64; NX],
+    pub u: [f64; NU],
+}
+
+/// Why a controller was not started. There is no plan for such a state, so none is guessed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StartError {
+    /// The state or the input is not finite.
+    NotFinite,
+    /// The output C x does not lie in Y_i.
+    OutputOutside,
+    /// An input lies outside its limits.
+    InputOutside {
+        /// Which.
+        input: usize,
+    },
+    /// No sum of errors eref gives this input at this state by (7f). Only possible with more inputs than outputs.
+    InputOutOfReach,
+}
+
+/// Largest relative residual of u = Kx x + Ke eref.
+const REACHED: f64 = 1e-9;
+
+impl<const NX: usize, const NU: usize> SteadyState<NX, NU> {
+    /// eref of (7f): least squares in u = Kx x + Ke eref, solved exactly or not at all.
+    pub(crate) fn error_sum<const NY: usize, const NZ: usize, const NI: usize>(
+        &self,
+        model: &Model<NX, NU, NY, NZ, NI>,
+    ) -> Result<[f64; NY], StartError> {
+        let feedback = times(&model.Kx, &self.x);
+        let wanted = subtract(&self.u, &feedback);
+        let normal = NormalEquations::new(&model.Ke).ok_or(StartError::InputOutOfReach)?;
+        let mut e = [0.0; NY];
+        let mut missing = wanted;
+        for _ in 0..3 {
+            add_scaled(&mut e, 1.0, &normal.solve(&missing));
+            missing = subtract(&wanted, &times(&model.Ke, &e));
+        }
+        let size = largest(&self.u).max(largest(&feedback));
+        if largest(&missing) <= REACHED * size { Ok(e) } else { Err(StartError::InputOutOfReach) }
+    }
+
+    pub(crate) fn is_finite(&self) -> bool {
+        finite(&self.x) && finite(&self.u)
+    }
+
+    /// The first input outside its limits, by more than rounding.
+    pub(crate) fn input_outside(&self, low: &[f64; NU], high: &[f64; NU]) -> Option<usize> {
+        self.u
+            .iter()
+            .zip(low.iter().zip(high))
+            .position(|(u, (low, high))| *u < low - REACHED * low.abs() || *u > high + REACHED * high.abs())
+    }
+}
+
+/// M'M x = M'b with M's columns and the factor of M'M.
+struct NormalEquations<const ROWS: usize, const COLUMNS: usize> {
+    columns: [[f64; ROWS]; COLUMNS],
+    factor: Factor<COLUMNS>,
+}
+
+impl<const ROWS: usize, const COLUMNS: usize> NormalEquations<ROWS, COLUMNS> {
+    /// `None` where the columns depend on each other.
+    fn new(matrix: &[[f64; COLUMNS]; ROWS]) -> Option<Self> {
+        let mut columns = [[0.0; ROWS]; COLUMNS];
+        for (k, column) in columns.iter_mut().enumerate() {
+            *column = matrix.each_ref().map(|row| row.get(k).copied().unwrap_or(0.0));
+        }
+        let mut factor = Factor::EMPTY;
+        for (k, column) in columns.iter().enumerate() {
+            let mut products = [0.0; COLUMNS];
+            for (product, other) in products.iter_mut().zip(&columns).take(k) {
+                *product = dot(other, column);
+            }
+            if !factor.push_gram(&products, dot(column, column)) {
+                return None;
+            }
+        }
+        Some(Self { columns, factor })
+    }
+
+    fn solve(&self, b: &[f64; ROWS]) -> [f64; COLUMNS] {
+        self.factor.solve(&self.columns.each_ref().map(|column| dot(column, b)))
+    }
+}
+
+impl fmt::Display for StartError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotFinite => f.write_str("the steady state is not finite"),
+            Self::OutputOutside => f.write_str("the output of the steady state lies outside Y"),
+            Self::InputOutside { input } => write!(f, "input {input} of the steady state lies outside its limits"),
+            Self::InputOutOfReach => f.write_str("the gain Ke reaches no reference with the steady state's input"),
+        }
+    }
+}
+
+impl core::error::Error for StartError {}

@@ -1,0 +1,143 @@
+//! What a step has to say about itself, in the terms of Theorem 1.
+
+use core::fmt;
+
+use crate::message::Delivery;
+
+/// How the input of a step came about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Control {
+    /// x - xref lies in E_i and the references keep their margins: xhat = xref and uhat = uref are optimal, nothing was
+    /// solved. Input: (38). The guarantee holds.
+    AtReference,
+    /// The i-DPC problem (33)-(36) was solved. Input: (38). The guarantee holds.
+    Optimal {
+        /// Changes of the working set.
+        iterations: usize,
+        /// Rows that hold with equality.
+        active: usize,
+    },
+    /// The iteration budget ran out, and the shifted candidate (47) was used instead, which satisfies the constraints
+    /// (it was checked). Input: (38) of the candidate. No assumption broke: the guarantee holds, and the cost still falls.
+    Candidate,
+    /// The i-DPC problem has no solution: the disturbance left W_i (a neighbour's z left its zref by more than Z_i, or the
+    /// plant is not the model), or the start was not feasible. Input: (38) of the shifted candidate, put into the box
+    /// around U_i. The guarantee is lost for this step; it holds again from the first step on at which every subsystem
+    /// is feasible again.
+    Infeasible {
+        /// The row that could not be satisfied, an index into the emitted row names.
+        row: usize,
+    },
+    /// The iteration budget ran out, and the shifted candidate violates a constraint: possible only after an infeasible
+    /// step or lost messages. Input and guarantee as for `Infeasible`.
+    IterationLimit,
+    /// The measured state is not finite. Input: that of the shifted candidate without feedback, uref + du_0, put into the box
+    /// around U_i. The guarantee is lost for this step, as for `Infeasible`.
+    NotFinite,
+}
+
+/// How the references of a step came about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum References {
+    /// yref_{t+N} is the optimum of (29)-(31), (28).
+    Nearest,
+    /// The set-point is not finite: yref stays. That is always admissible; the guarantee holds.
+    SetPointNotFinite,
+    /// The reference-output layer found no answer: yref stays. The guarantee holds.
+    Kept,
+    /// A message is missing and there are coupling constraints, whose other side is unknown: yref stays.
+    Waiting,
+    /// k_h > l~_h in (27): the references of the neighbours and this one violate the tightened coupling constraint, so the
+    /// assumption of Theorem 1 on k_h does not hold. yref stays unless moving lowers k_h. The guarantee is lost.
+    CouplingExceeded {
+        /// Index of the coupling row.
+        row: usize,
+    },
+    /// Only at the first step: the state the controller was started from is not steady under what the neighbours sent, so
+    /// their starts do not fit together. The references go on as (7) says and settle, but may leave the tightened
+    /// sets on the way: the guarantee is lost.
+    NotSteady,
+}
+
+/// All a step says about itself. `NB` neighbours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Status<const NB: usize> {
+    pub control: Control,
+    pub references: References,
+    /// What became of each neighbour's message, by slot. Where it is not [`Delivery::InSequence`], the last values are held
+    /// and xref departs from what the neighbour's reference does to it: the guarantee is lost.
+    pub deliveries: [Delivery; NB],
+    /// Whether at this or an earlier step the references lost the guarantee, by messages that did not arrive, by a start
+    /// that did not fit or by a coupling constraint. It does not come back by itself: start anew from a steady state.
+    pub degraded: bool,
+}
+
+impl Control {
+    /// Whether the input is one that Theorem 1 speaks of.
+    pub fn is_admissible(&self) -> bool {
+        matches!(self, Self::AtReference | Self::Optimal { .. } | Self::Candidate)
+    }
+}
+
+impl References {
+    /// Whether the references are still those of Theorem 1, if the messages arrived.
+    pub fn are_admissible(&self) -> bool {
+        !matches!(self, Self::CouplingExceeded { .. } | Self::NotSteady)
+    }
+}
+
+impl<const NB: usize> Status<NB> {
+    /// Whether every assumption of Theorem 1 that this subsystem can see held up to this step.
+    pub fn is_guaranteed(&self) -> bool {
+        self.control.is_admissible() && !self.degraded
+    }
+
+    /// The neighbours whose message did not arrive in sequence.
+    pub fn missing(&self) -> impl Iterator<Item = usize> {
+        self.deliveries
+            .iter()
+            .enumerate()
+            .filter(|(_, delivery)| **delivery != Delivery::InSequence)
+            .map(|(slot, _)| slot)
+    }
+}
+
+impl fmt::Display for Control {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::AtReference => f.write_str("at reference"),
+            Self::Optimal { iterations, active } => {
+                write!(f, "optimal ({iterations} iterations, {active} active rows)")
+            }
+            Self::Candidate => f.write_str("iteration budget used up, shifted candidate is feasible"),
+            Self::Infeasible { row } => write!(f, "infeasible (row {row}), shifted candidate used"),
+            Self::IterationLimit => f.write_str("iteration budget used up, shifted candidate is not feasible"),
+            Self::NotFinite => f.write_str("measured state not finite, shifted candidate used without feedback"),
+        }
+    }
+}
+
+impl fmt::Display for References {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Nearest => f.write_str("references nearest to the set-point"),
+            Self::SetPointNotFinite => f.write_str("set-point not finite, reference kept"),
+            Self::Kept => f.write_str("no reference found, kept"),
+            Self::Waiting => f.write_str("reference kept until neighbours are heard"),
+            Self::CouplingExceeded { row } => write!(f, "coupling constraint {row} exceeded"),
+            Self::NotSteady => f.write_str("start not steady with the neighbours"),
+        }
+    }
+}
+
+impl<const NB: usize> fmt::Display for Status<NB> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}; {}", self.control, self.references)?;
+        for slot in self.missing() {
+            if let Some(delivery) = self.deliveries.get(slot) {
+                write!(f, "; message of neighbour {slot} {delivery}")?;
+            }
+        }
+        if self.degraded { f.write_str("; degraded") } else { Ok(()) }
+    }
+}

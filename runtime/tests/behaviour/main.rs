@@ -1,0 +1,8 @@
+//! What the runtime promises, each file one question.
+#![expect(non_snake_case, reason = "the paper's symbols")]
+
+mod pair;
+mod random;
+mod reference;
+mod solver;
+mod step;

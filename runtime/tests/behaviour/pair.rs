@@ -1,0 +1,120 @@
+//! Two equal subsystems, small enough to design by hand:
+//!
+//!     x+ = 0.9 x + 0.1 u + 0.02 z_j,   y = x,   z = x,   |x| <= 4,   |u| <= 4,   horizon 2.
+//!
+//! K = -1 gives F = 0.8. With |z - zref| <= Z = 1 the tube is |x - xhat| <= E = 0.02 Z / (1 - 0.8) = 0.1, and |zhat - zref|
+//! <= Z - E = 0.9 fits. Terminal set |dx_2| <= 0.9, invariant under F. uref = -3 xref + eref gives the reference
+//! system the eigenvalues of modulus 0.84. Y is [-2, 2] at a rate of 0.05: uref stays below 3 and xref below 3.
+
+use dpc_runtime::tables::{Clamp, CouplingRow, DpcProblem, Model, StageRow};
+use dpc_runtime::{Controller, Inbox, Link, Message, Tables};
+
+pub const TUBE: f64 = 0.1;
+pub const RESERVE: f64 = 0.9;
+pub const BOUND: f64 = 4.0;
+
+pub type PairTables<const NJ: usize, const NC: usize> =
+    Tables<Clamp<1, NC>, 1, 1, 1, 1, 1, NJ, NC, 1, 2, 3, 8, 1, 2, 2>;
+pub type PairController<'a, const NJ: usize, const NC: usize> =
+    Controller<'a, Clamp<1, NC>, 1, 1, 1, 1, 1, NJ, NC, 1, 2, 3, 8, 1, 2, 2>;
+pub type PairInbox<const NJ: usize> = Inbox<1, NJ, 1>;
+pub type PairMessage = Message<1, 1>;
+
+/// The other subsystem, where only its coupling output matters.
+pub const OTHER: Link<1, 1> = Link { slot: 0, z: Some(0), y: None };
+/// The other subsystem, where its output matters too.
+pub const PARTNER: Link<1, 1> = Link { slot: 0, z: Some(0), y: Some(0) };
+
+pub fn tables() -> PairTables<0, 0> {
+    with_coupling([], [])
+}
+
+/// With the coupling constraint y_1 + y_2 <= 1.
+pub fn coupled_tables() -> PairTables<1, 1> {
+    with_coupling([CouplingRow { own: [1.0], others: [1.0], l_tilde: 1.0, members: 2.0 }], [(0, 1.0)])
+}
+
+fn with_coupling<const NJ: usize, const NC: usize>(
+    coupling: [CouplingRow<1, NJ>; NC],
+    rows: [(usize, f64); NC],
+) -> PairTables<NJ, NC> {
+    let model = Model {
+        A: [[0.9]],
+        B: [[0.1]],
+        C: [[1.0]],
+        Cz: [[1.0]],
+        Dz: [[0.0]],
+        EL: [[0.02]],
+        K: [[-1.0]],
+        Kx: [[-3.0]],
+        Ke: [[1.0]],
+        u_min: [-BOUND],
+        u_max: [BOUND],
+    };
+    let reference = Clamp { weight: [1.0 / (1.0 + 1e-6)], epsilon: 0.05, y_min: [-2.0], y_max: [2.0], rows };
+    Tables { model, coupling, reference, problem: problem() }
+}
+
+/// Rows over v = (dx_0, du_0, du_1), where dx_1 = 0.9 dx_0 + 0.1 du_0, dx_2 = 0.81 dx_0 + 0.09 du_0 + 0.1 du_1.
+const DX: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.9, 0.1, 0.0], [0.81, 0.09, 0.1]];
+const DU: [[f64; 3]; 2] = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+fn problem() -> DpcProblem<1, 1, 3, 8, 1, 2, 2> {
+    let tightened = BOUND - TUBE;
+    let rows = [
+        (DX[0], TUBE, -1.0),
+        (DX[0], tightened, 1.0),
+        (DX[1], tightened, 1.0),
+        (DU[0], tightened, 1.0),
+        (DU[1], tightened, 1.0),
+        (DX[0], RESERVE, 0.0),
+        (DX[1], RESERVE, 0.0),
+        (DX[2], RESERVE, 0.0),
+    ];
+    let T = inverse_transpose(cholesky(hessian()));
+    let scaled = rows.map(|(row, limit, offset)| {
+        let v: [f64; 3] = std::array::from_fn(|j| (0..3).map(|i| row[i] * T[i][j]).sum());
+        let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        (v.map(|x| x / length), limit / length, offset / length)
+    });
+    let stage = |row: usize, stage| StageRow { stage, row: [scaled[row].2] };
+    DpcProblem {
+        V: scaled.map(|(v, ..)| v),
+        lower: scaled.map(|(_, limit, _)| -limit),
+        upper: scaled.map(|(_, limit, _)| limit),
+        tube: [[scaled[0].2]],
+        state: [stage(1, 0), stage(2, 1)],
+        input: [stage(3, 0), stage(4, 1)],
+        T,
+        max_iterations: 50,
+    }
+}
+
+/// Q = R = 1 and P = 2 / (1 - 0.64) of (37).
+fn hessian() -> [[f64; 3]; 3] {
+    let weighted = [(DX[0], 1.0), (DX[1], 1.0), (DX[2], 2.0 / 0.36), (DU[0], 1.0), (DU[1], 1.0)];
+    std::array::from_fn(|i| std::array::from_fn(|j| weighted.iter().map(|(row, q)| q * row[i] * row[j]).sum()))
+}
+
+fn cholesky(H: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    let mut L = [[0.0; 3]; 3];
+    for i in 0..3 {
+        for j in 0..=i {
+            let rest = H[i][j] - (0..j).map(|k| L[i][k] * L[j][k]).sum::<f64>();
+            L[i][j] = if i == j { rest.sqrt() } else { rest / L[j][j] };
+        }
+    }
+    L
+}
+
+/// T with L' T = I, by substitution from the last row up.
+fn inverse_transpose(L: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    let mut T = [[0.0; 3]; 3];
+    for column in 0..3 {
+        for i in (0..3).rev() {
+            let unit = if i == column { 1.0 } else { 0.0 };
+            T[i][column] = (unit - (i + 1..3).map(|k| L[k][i] * T[k][column]).sum::<f64>()) / L[i][i];
+        }
+    }
+    T
+}
