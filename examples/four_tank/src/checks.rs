@@ -143,6 +143,11 @@ impl Watch {
         self.violations += other.violations;
     }
 
+    /// The set it looks at.
+    pub fn set(&self) -> &Polytope {
+        &self.set
+    }
+
     /// The smallest margin as a share of its limit.
     pub fn share_left(&self) -> f64 {
         let shares = self.margins.iter().zip(&self.set.h).map(|(margin, limit)| margin / limit);

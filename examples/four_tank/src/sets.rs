@@ -46,6 +46,11 @@ impl Promise {
     pub fn new(json: &str) -> Result<Self, serde_json::Error> {
         serde_json::from_str(json)
     }
+
+    /// Ends of Y_1 and Y_2, cm.
+    pub fn output_ranges(&self) -> [[f64; 2]; 2] {
+        [0, 1].map(|i| self.subsystems[i].y_set.interval(0))
+    }
 }
 
 impl Subsystem {

@@ -1,0 +1,5 @@
+//! Designs and emits the controllers; `system.toml` says for what.
+
+fn main() {
+    dpc_codegen::build::compile("system.toml");
+}
