@@ -53,7 +53,8 @@ pub fn compile(file: impl AsRef<Path>) {
 }
 
 fn try_compile(file: &Path) -> Result<(), String> {
-    let out = std::env::var_os("OUT_DIR").ok_or("dpc_codegen::build::compile is for build scripts: OUT_DIR is not set")?;
+    let out =
+        std::env::var_os("OUT_DIR").ok_or("dpc_codegen::build::compile is for build scripts: OUT_DIR is not set")?;
     let source = read(file)?;
     let design = Design::new(source.clone()).map_err(|mistakes| mistakes.render(&source, false))?;
     let folder = PathBuf::from(out).join(package_folder(&design.network));

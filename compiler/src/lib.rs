@@ -2,10 +2,12 @@
 //!
 //! `text -> Spec -> Network -> Gains -> Sets -> Sizing -> Problems -> Emitted`: see [`design::Design`].
 
+pub mod build;
 pub mod convex;
 pub mod design;
 pub mod diagnostic;
 pub mod emit;
+pub mod export;
 pub mod gains;
 pub mod network;
 pub mod optim;
@@ -13,3 +15,4 @@ pub mod problems;
 pub mod sets;
 pub mod sizing;
 pub mod spec;
+pub mod summary;

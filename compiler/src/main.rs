@@ -64,7 +64,11 @@ fn write(arguments: &Arguments, design: &Design, emitted: &Emitted) -> Result<St
     files.extend(json.iter().map(|(path, text)| (path.clone(), text.as_str())));
     let changed = write_all(&files).map_err(|error| format!("error: {error}"))?;
     let word = |changed: bool| if changed { "Written:  " } else { "Unchanged:" };
-    Ok(files.iter().zip(changed).map(|((path, _), changed)| format!("{} {}\n", word(changed), path.display())).collect())
+    Ok(files
+        .iter()
+        .zip(changed)
+        .map(|((path, _), changed)| format!("{} {}\n", word(changed), path.display()))
+        .collect())
 }
 
 /// A reader that stops early, such as `head`, is no mistake of ours.

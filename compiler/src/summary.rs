@@ -39,7 +39,11 @@ impl fmt::Display for Summary<'_> {
 impl Summary<'_> {
     fn title(&self) -> String {
         let Network { name, subsystems, horizon, sample_time, .. } = &self.design.network;
-        format!("{name}: {}, N = {horizon}, one step every {} s", count(subsystems.len(), "subsystem"), short(*sample_time))
+        format!(
+            "{name}: {}, N = {horizon}, one step every {} s",
+            count(subsystems.len(), "subsystem"),
+            short(*sample_time)
+        )
     }
 
     fn assumptions(&self) -> Vec<String> {
@@ -88,7 +92,8 @@ impl Summary<'_> {
     fn coupling(&self) -> Vec<String> {
         let Design { network, sizing, .. } = self.design;
         let rows = network.coupling_constraints.iter().zip(&sizing.l_tilde);
-        let rows = rows.map(|(row, &l_tilde)| item(&row.name, &format!("{}, references {}", short(row.l), short(l_tilde))));
+        let rows =
+            rows.map(|(row, &l_tilde)| item(&row.name, &format!("{}, references {}", short(row.l), short(l_tilde))));
         titled("Coupling constraints: limit, and what is left of it for the references", rows.collect())
     }
 
@@ -101,7 +106,8 @@ impl Summary<'_> {
                 None => smallest.push(slack),
             }
         }
-        let rows = smallest.iter().map(|slack| format!("  {:<7}{:<11}{}", slack.equation, short(slack.value), slack.what));
+        let rows =
+            smallest.iter().map(|slack| format!("  {:<7}{:<11}{}", slack.equation, short(slack.value), slack.what));
         titled("Smallest slack of every inclusion, after rounding", rows.collect())
     }
 
@@ -180,6 +186,9 @@ mod tests {
 
     #[test]
     fn four_digits() {
-        assert_eq!([0.0, 2.49444, -12.4, 1.23456e-9, 0.99999, 41.2567].map(short), ["0", "2.494", "-12.4", "1.235e-9", "1", "41.26"]);
+        assert_eq!(
+            [0.0, 2.49444, -12.4, 1.23456e-9, 0.99999, 41.2567].map(short),
+            ["0", "2.494", "-12.4", "1.235e-9", "1", "41.26"]
+        );
     }
 }

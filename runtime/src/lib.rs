@@ -1,10 +1,101 @@
-//! Runs what `dpc-codegen` emits.
+//! Runs what `dpc-codegen` emits: one controller per subsystem of a network, for distributed predictive control with
+//! tracking. The method is that of M. Farina, G. Betti, L. Giulioni and R. Scattolini, "An Approach to Distributed
+//! Predictive Control for Tracking: Theory and Applications", IEEE Transactions on Control Systems Technology 22(4),
+//! 2014; equation numbers in this documentation are that paper's.
+//!
+//! An emitted file holds a [`Tables`] value, one [`Link`] per neighbour and the types of its messages. From there on:
+//!
+//! ```text
+//! let (mut controller, message) = Controller::start(&TABLES, &SteadyState { x, u })?;
+//! let mut inbox = Inbox::new();
+//! send(message);                                          // to all neighbours
+//! every period {
+//!     inbox.accept(&FROM_RIGHT, &received)?;              // whatever has arrived
+//!     let step = controller.step(&measured, &set_point, &mut inbox);
+//!     apply(step.input);
+//!     send(step.message);
+//! }
+//! ```
+//!
+//! The crate is `no_std`, has no dependency, does not allocate, contains no `unsafe` and no panic: a release build of a
+//! controller calls nothing but `memcpy`, `memmove` and `memset` (a test looks at the object code). Nothing is global: all that
+//! changes is in the [`Controller`] and the [`Inbox`], so any number of them live in one process. Working memory is on the
+//! stack. The number of operations per step is bounded by the iteration budget in the tables.
+//!
+//! # The step
+//! [`Controller::step`] does, at step t,
+//! 1. the input ([`Controller::input`]): e = x_t - xref_t. If e lies in E_i and the references keep their margins,
+//!    xhat = xref and uhat = uref solve (33)-(36), which is one test per row; otherwise a least-distance problem is
+//!    solved by a dual active-set method ([`solver`]), started from the rows that were active at the step before. Then
+//!    u_t = uhat_t + K_i (x_t - xhat_t), (38).
+//! 2. the references ([`Controller::references`]): yref_{t+N} by the reference-output layer ([`ReferenceLayer`]), (28)-(31), and
+//!    from it eref, xref, uref and zref at t + N, (7).
+//!
+//! # Who needs what, and when
+//! A controller stores xref, uref, yref from t to t + N - 1, and eref at t + N - 1.
+//!
+//! | at step t | needs | gives |
+//! |---|---|---|
+//! | input | x_t; what is stored | u_t |
+//! | references | the set-point; the neighbours' messages of step t - 1: zref_j and yref_j at t + N - 1 | the message of step t: zref_i and yref_i at t + N |
+//!
+//! So there is one message per neighbour and period, it has a whole period to arrive, and u_t depends on nothing received in
+//! period t. The start counts as step -1: its message is what the neighbours need at step 0. A neighbour may be ahead by
+//! one step; the [`Inbox`] keeps its message until it is due.
+//!
+//! # What a status means
+//! Theorem 1: if the design's assumptions hold, the start is feasible, every message arrives and the plant is the
+//! model, then every problem is feasible and every constraint is kept, for ever. So each trouble says which of these broke.
+//! There is an input at every step.
+//!
+//! | status | what broke | input | guarantee |
+//! |---|---|---|---|
+//! | [`Control::AtReference`] | nothing | (38) with xhat = xref, uhat = uref | holds |
+//! | [`Control::Optimal`] | nothing | (38) | holds |
+//! | [`Control::Candidate`] | nothing, but the iteration budget ran out | (38) of the shifted candidate (47), which is feasible | holds |
+//! | [`Control::Infeasible`] | the disturbance left W_i, or the start was not feasible | as before, put into the box around U_i | not in this step |
+//! | [`Control::IterationLimit`] | as before, and the budget ran out | as before | not in this step |
+//! | [`Control::NotFinite`] | the measurement | uref + du_0 of the candidate, put into the box around U_i | not in this step |
+//! | [`References::SetPointNotFinite`], [`References::Kept`] | nothing: yref stays | - | holds |
+//! | [`Delivery`] other than [`Delivery::InSequence`] | a message | - (the last values are held) | lost |
+//! | [`References::Waiting`] | a message, with coupling constraints | - (yref stays) | lost |
+//! | [`References::NotSteady`] | the starts of the neighbours do not fit together | - | lost |
+//! | [`References::CouplingExceeded`] | the starts exceed a coupling constraint (or messages were lost) | - | lost |
+//!
+//! The shifted candidate is the last solution, one step on: (dx_1, du_1, ..., du_{N-1}, K_i dx_N). It is kept in the controller
+//! and shifted on for as long as no new solution is found. A guarantee that was lost with the references
+//! ([`Status::degraded`]) comes back with a new start only; one that was lost with a step comes back when every subsystem
+//! is feasible again.
+//!
+//! # Symbols
+//! Tilde is `_ref` (reference), hat is `_nom` (nominal); indices i are dropped.
+//!
+//! | paper | meaning | Rust | equation |
+//! |---|---|---|---|
+//! | x, u, y | measured state, input, output | `x`, `input`, - | (1) |
+//! | z | coupling output | `z_ref` in a [`Message`] | (1c) |
+//! | x~, u~, y~, z~ | references | [`Telemetry::x_ref`], `u_ref`, `y_ref`; [`Message::z_ref`] | (7) |
+//! | e~ | sum of reference errors | eref in this text | (7b) |
+//! | x^, u^ | nominal state and input | [`Telemetry::x_nom`], `u_nom` | (15) |
+//! | y_set-point | set-point | `set_point` | (29) |
+//! | A_ii, B_ii, C_i, C_zi, D_zi | model | [`tables::Model`] `A`, `B`, `C`, `Cz`, `Dz` | (1) |
+//! | E_i L_ij | effect of the neighbours' coupling outputs | `EL` | (1a), (2) |
+//! | K_i; K_i^x, K_i^e | gains | `K`; `Kx`, `Ke` | (17); (7f) |
+//! | calE_i | tube, the RPI set of x - x^ | the rows with an entry in [`tables::DpcProblem::tube`] | (35a) |
+//! | X^_i, U^_i | tightened constraint sets | the rows with entries in `state` and `input` | (35c), (35d) |
+//! | Delta_i^z, Sigma_i | reserve of the coupling output, terminal set | the rows without offset | (35b), (36) |
+//! | Y_i | set of reference outputs | `y_min`, `y_max`; `set`, `set_limit` | (31) |
+//! | epsilon | rate of the reference output | `epsilon` | (30) |
+//! | T_i, gamma | weights of the reference-output layer | `weight`; `basis`, `weights`, `gamma` | (29) |
+//! | H_h, l~_h, n_h | coupling constraint | [`tables::CouplingRow`] `own`, `others`, `l_tilde`, `members` | (26)-(28) |
+//! | N | horizon | `N` | (33) |
+//! | v, w | (dx_0, du_0, ..., du_{N-1}), and the same scaled by the Hessian's factor | [`problem::Plan`], [`solver::Solver::w`] | (33) |
 #![no_std]
 #![forbid(unsafe_code)]
 
 mod controller;
 mod factor;
-pub mod linear;
+mod linear;
 mod message;
 pub mod problem;
 pub mod reference;

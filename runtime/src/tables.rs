@@ -61,9 +61,9 @@ pub struct Model<const NX: usize, const NU: usize, const NY: usize, const NZ: us
 /// Row of the tightened coupling constraint (28) as this subsystem sees it.
 #[derive(Debug, Clone)]
 pub struct CouplingRow<const NY: usize, const NJ: usize> {
-    /// H_h^[i].
+    /// `H_h^[i]`.
     pub own: [f64; NY],
-    /// H_h^[j] of the others, over the imported outputs.
+    /// `H_h^[j]` of the others, over the imported outputs.
     pub others: [f64; NJ],
     /// The tightened limit of (26).
     pub l_tilde: f64,
@@ -105,7 +105,7 @@ pub struct Nearest<const NY: usize, const NA: usize, const NB: usize, const NC: 
     pub epsilon: f64,
     /// Whether (30) is the Euclidean ball (q = 2); `NB` is 0 then.
     pub euclidean: bool,
-    /// H_h^[i] of (28).
+    /// `H_h^[i]` of (28).
     pub coupling: [[f64; NY]; NC],
 }
 
@@ -121,7 +121,9 @@ pub struct StageRow<const NP: usize> {
 ///
 /// In dx_k = xhat_k - xref_k, du_k = uhat_k - uref_k, v = (dx_0, du_0, ..., du_{N-1}), w = L' v with H = L L':
 ///
-///     minimise 1/2 |w|^2   subject to   lower <= V w + offset <= upper
+/// ```text
+/// minimise 1/2 |w|^2   subject to   lower <= V w + offset <= upper
+/// ```
 ///
 /// Rows of `V` have unit length and stand in the order tube rows (35a), state rows (35c), input rows (35d), then rows
 /// with no offset (35b), (36). `offset` is zero but for: tube row r, `tube[r] . e` with e = x_t - xref_t; state row

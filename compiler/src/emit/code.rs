@@ -1,7 +1,7 @@
 //! The first half of an emitted file: sizes, names, types and links.
 
 use proc_macro2::{Literal, TokenStream};
-use quote::{format_ident, quote};
+use quote::{ToTokens, format_ident, quote};
 
 use super::names::{code, one_line};
 use super::node::{Neighbour, Node, labelled, labels};
@@ -57,6 +57,8 @@ fn imports(node: &Node) -> Vec<TokenStream> {
     let names = names.iter().map(|name| format_ident!("{name}"));
     let (major, minor) = (Literal::u32_unsuffixed(RUNTIME.0), Literal::u32_unsuffixed(RUNTIME.1));
     vec![
+        quote! { use dpc_runtime::StartError; },
+        quote! { use dpc_runtime::linear::times; },
         quote! { use dpc_runtime::tables::{#(#names),*}; },
         quote! { const _: () = assert!(dpc_runtime::fits(#major, #minor), "made for another version of dpc-runtime"); },
     ]
@@ -88,7 +90,7 @@ fn sizes(node: &Node) -> Vec<TokenStream> {
         ("NQ", "input rows (35d).", sizes.nq),
         ("NETWORK_NY", "Outputs of the whole network.", node.design.gains.calG.ncols()),
     ];
-    all.map(|(name, doc, value)| constant(name, doc, quote!(usize), Literal::usize_unsuffixed(value).into())).into()
+    all.map(|(name, doc, value)| constant(name, doc, quote!(usize), Literal::usize_unsuffixed(value))).into()
 }
 
 fn names(node: &Node) -> Vec<TokenStream> {
@@ -100,8 +102,8 @@ fn names(node: &Node) -> Vec<TokenStream> {
     };
     let rows = node.problems().dpc.rows.iter().map(|row| row.name.clone()).collect();
     vec![
-        constant("SAMPLE_TIME", "Seconds per step.", quote!(f64), sample_time.into()),
-        constant("NAME", "As the user wrote it.", quote!(&str), Literal::string(&model.name).into()),
+        constant("SAMPLE_TIME", "Seconds per step.", quote!(f64), sample_time),
+        constant("NAME", "As the user wrote it.", quote!(&str), Literal::string(&model.name)),
         list("STATES", "Names of the states, with units.", "NX", labels(&model.states)),
         list("INPUTS", "Names of the inputs, with units.", "NU", labels(&model.inputs)),
         list("OUTPUTS", "Names of the outputs, with units.", "NY", labels(&model.outputs)),
@@ -110,7 +112,7 @@ fn names(node: &Node) -> Vec<TokenStream> {
     ]
 }
 
-fn constant(name: &str, doc: &str, ty: TokenStream, value: TokenStream) -> TokenStream {
+fn constant(name: &str, doc: &str, ty: TokenStream, value: impl ToTokens) -> TokenStream {
     let (name, doc) = (format_ident!("{name}"), format!(" {doc}"));
     quote! { #[doc = #doc] pub const #name: #ty = #value; }
 }
@@ -127,8 +129,15 @@ fn types(node: &Node) -> Vec<TokenStream> {
             "Type of [`TABLES`].",
             quote!(Tables<Reference, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>),
         ),
+        alias(
+            "Controller",
+            "What this node remembers from step to step.",
+            quote!(dpc_runtime::Controller<'static, Reference, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>),
+        ),
         alias("Inbox", "Collects the neighbours' messages between two steps.", quote!(dpc_runtime::Inbox<NI, NJ, NB>)),
         alias("Message", "What the neighbours hear, once per step.", quote!(dpc_runtime::Message<NY, NZ>)),
+        alias("Step", "What a step gives.", quote!(dpc_runtime::Step<NX, NU, NY, NZ, NB>)),
+        alias("SteadyState", "A state and an input to start from.", quote!(dpc_runtime::SteadyState<NX, NU>)),
     ]
 }
 
@@ -143,7 +152,11 @@ fn reference_parameters(node: &Node) -> TokenStream {
 }
 
 fn links(node: &Node, modules: &[String]) -> Vec<TokenStream> {
-    node.neighbours.iter().enumerate().map(|(slot, neighbour)| link(node, slot, neighbour, &modules[neighbour.j])).collect()
+    node.neighbours
+        .iter()
+        .enumerate()
+        .map(|(slot, neighbour)| link(node, slot, neighbour, &modules[neighbour.j]))
+        .collect()
 }
 
 /// `FROM_RIGHT`
@@ -168,4 +181,27 @@ fn option(first: Option<usize>) -> TokenStream {
         Some(first) => quote!(Some(#first)),
         None => quote!(None),
     }
+}
+
+/// The only functions of the file: the runtime's, with this subsystem's tables.
+fn start() -> Vec<TokenStream> {
+    vec![
+        quote! {
+            /// The state and input that this subsystem rests at when the outputs of the whole network rest at
+            /// `outputs`, in the order of the columns of [`STEADY_X`].
+            pub fn steady_state(outputs: &[f64; NETWORK_NY]) -> SteadyState {
+                let (x, u) = (times(&STEADY_X, outputs), times(&STEADY_U, outputs));
+                SteadyState { x, u }
+            }
+        },
+        quote! {
+            /// A controller whose references rest at `steady`, and its first message to those who hear it.
+            ///
+            /// # Errors
+            /// No controller can start there; see [`StartError`].
+            pub fn start(steady: &SteadyState) -> Result<(Controller, Message), StartError> {
+                Controller::start(&TABLES, steady)
+            }
+        },
+    ]
 }

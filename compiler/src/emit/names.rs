@@ -11,8 +11,11 @@ pub fn module_names<'a>(names: impl IntoIterator<Item = &'a str>) -> Vec<String>
 
 /// `Tanks 1-2` becomes `tanks_1_2`, `type` becomes `type_`, and a name without any letter or digit `unnamed`.
 pub fn module_name(name: &str) -> String {
-    let words: Vec<String> =
-        name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty()).map(str::to_lowercase).collect();
+    let words: Vec<String> = name
+        .split(|c: char| !c.is_ascii_alphanumeric())
+        .filter(|word| !word.is_empty())
+        .map(str::to_lowercase)
+        .collect();
     let ident = words.join("_");
     match ident.chars().next() {
         None => "unnamed".to_owned(),
@@ -40,7 +43,9 @@ fn is_reserved(ident: &str) -> bool {
 
 /// `text` on one line of a comment: no control character, and nothing that changes the direction of writing.
 pub fn one_line(text: &str) -> String {
-    let is_odd = |c: char| c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    let is_odd = |c: char| {
+        c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
     text.chars().map(|c| if is_odd(c) { ' ' } else { c }).collect()
 }
 
@@ -55,11 +60,36 @@ mod tests {
 
     #[test]
     fn names_become_identifiers() {
-        let names = ["tanks 1-2", "Tanks 1-2", "tanks 1 2 2", "type", "3", "Übung", "", "…", "Self", "nul", "mod", "com1", "async"];
+        let names = [
+            "tanks 1-2",
+            "Tanks 1-2",
+            "tanks 1 2 2",
+            "type",
+            "3",
+            "Übung",
+            "",
+            "…",
+            "Self",
+            "nul",
+            "mod",
+            "com1",
+            "async",
+        ];
         let idents = module_names(names);
         let expected = [
-            "tanks_1_2", "tanks_1_2_2", "tanks_1_2_2_2", "type_", "n3", "bung", "unnamed", "unnamed_2", "self_", "nul_",
-            "mod_", "com1_", "async_",
+            "tanks_1_2",
+            "tanks_1_2_2",
+            "tanks_1_2_2_2",
+            "type_",
+            "n3",
+            "bung",
+            "unnamed",
+            "unnamed_2",
+            "self_",
+            "nul_",
+            "mod_",
+            "com1_",
+            "async_",
         ];
         assert_eq!(idents, expected);
         assert!(idents.iter().all(|ident| syn::parse_str::<syn::Ident>(ident).is_ok()));

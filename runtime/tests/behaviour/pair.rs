@@ -108,6 +108,7 @@ fn cholesky(H: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
 }
 
 /// T with L' T = I, by substitution from the last row up.
+#[expect(clippy::needless_range_loop, reason = "substitution reads better with its indices")]
 fn inverse_transpose(L: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
     let mut T = [[0.0; 3]; 3];
     for column in 0..3 {
