@@ -124,7 +124,10 @@ impl Session {
     }
 
     fn print(&self, nonlinear: &NonlinearTanks) {
-        println!("Closed loop, {SAMPLE_TIME} s per step; steps of both subsystems counted:\n\n{}", counts(&self.entries));
+        println!(
+            "Closed loop, {SAMPLE_TIME} s per step; steps of both subsystems counted:\n\n{}",
+            counts(&self.entries)
+        );
         println!("{}", margins(&self.entries));
         println!("{}", ends(&self.entries));
         let centre = nonlinear.centre().map(|level| format!("{level:.2}")).join(", ");
@@ -136,9 +139,13 @@ impl Session {
     fn broken_promises(&self) -> Vec<String> {
         let linear = self.entries.iter().filter(|entry| !entry.key.starts_with('c'));
         let violated = linear.filter(|entry| entry.checks.violations() > 0);
-        let mut broken: Vec<_> = violated.map(|entry| format!("{}: {} violations", entry.key, entry.checks.violations())).collect();
-        let clipped = self.entries.iter().filter(|entry| entry.key == "a2").flat_map(|entry| entry.ends.iter().flatten());
-        broken.extend(clipped.filter(|end| end.error() > CONVERGED).map(|end| format!("a2: {} cm off at the end", end.error())));
+        let mut broken: Vec<_> =
+            violated.map(|entry| format!("{}: {} violations", entry.key, entry.checks.violations())).collect();
+        let clipped =
+            self.entries.iter().filter(|entry| entry.key == "a2").flat_map(|entry| entry.ends.iter().flatten());
+        broken.extend(
+            clipped.filter(|end| end.error() > CONVERGED).map(|end| format!("a2: {} cm off at the end", end.error())),
+        );
         broken
     }
 }

@@ -2,9 +2,7 @@
 
 use std::error::Error;
 
-use dpc_runtime::{
-    Controller, Inbox, Input, Link, Message, ReferenceLayer, Refused, StartError, SteadyState, Step, Tables,
-};
+use dpc_runtime::{Controller, Inbox, Input, Link, ReferenceLayer, Refused, Step};
 
 use crate::bus::{Datagram, WrongLength, decode};
 
@@ -45,27 +43,15 @@ pub struct Process<
     neighbour: Link<1, 1>,
 }
 
-impl<
-    R: ReferenceLayer<1, 0>,
-    const N: usize,
-    const NV: usize,
-    const NR: usize,
-    const NT: usize,
-    const NS: usize,
-    const NQ: usize,
-> Process<R, N, NV, NR, NT, NS, NQ>
+impl<R, const N: usize, const NV: usize, const NR: usize, const NT: usize, const NS: usize, const NQ: usize>
+    Process<R, N, NV, NR, NT, NS, NQ>
 {
-    /// A process whose references rest at `steady`, and its first message.
-    ///
-    /// # Errors
-    /// As [`Controller::start`].
-    pub fn start(
-        tables: &'static Tables<R, 2, 1, 1, 1, 1, 0, 0, 1, N, NV, NR, NT, NS, NQ>,
+    /// A process that has heard nothing yet; `neighbour` says where what it hears belongs.
+    pub fn new(
+        controller: Controller<'static, R, 2, 1, 1, 1, 1, 0, 0, 1, N, NV, NR, NT, NS, NQ>,
         neighbour: Link<1, 1>,
-        steady: &SteadyState<2, 1>,
-    ) -> Result<(Self, Message<1, 1>), StartError> {
-        let (controller, message) = Controller::start(tables, steady)?;
-        Ok((Self { controller, inbox: Inbox::new(), neighbour }, message))
+    ) -> Self {
+        Self { controller, inbox: Inbox::new(), neighbour }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The runs that the program and the tests make.
 
-use dpc_runtime::{Message, SteadyState};
+use dpc_runtime::Message;
 
 use crate::checks::Checks;
 use crate::closed_loop::ClosedLoop;
@@ -79,13 +79,9 @@ type Started = (Box<dyn Node>, Message<1, 1>);
 
 /// Both controllers with their references at rest at the outputs `y`.
 fn start(y: [f64; 2]) -> Result<[Started; 2], Failure> {
-    let (left, to_right) = Process::start(&left::TABLES, left::FROM_RIGHT, &steady(&left::STEADY_STATE, &y))?;
-    let (right, to_left) = Process::start(&right::TABLES, right::FROM_LEFT, &steady(&right::STEADY_STATE, &y))?;
-    Ok([(Box::new(left), to_right), (Box::new(right), to_left)])
-}
-
-/// Rows of `map`: xref, eref, uref, and what is heard, per output of the network.
-fn steady(map: &[[f64; 2]; 5], y: &[f64; 2]) -> SteadyState<2, 1> {
-    let entry = |row: usize| map[row][0] * y[0] + map[row][1] * y[1];
-    SteadyState { x: [entry(0), entry(1)], u: [entry(3)] }
+    let (first, to_right) = left::start(&left::steady_state(&y))?;
+    let (second, to_left) = right::start(&right::steady_state(&y))?;
+    let first = Process::new(first, left::FROM_RIGHT);
+    let second = Process::new(second, right::FROM_LEFT);
+    Ok([(Box::new(first), to_right), (Box::new(second), to_left)])
 }
