@@ -98,3 +98,44 @@ pub fn sqrt(value: f64) -> f64 {
     }
     root
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{clip, close_gap, dot, shift_in, sqrt};
+
+    #[test]
+    fn takes_square_roots_over_the_whole_range() {
+        for exponent in -320..=307 {
+            for digits in [1.0, 2.0, 3.7, 9.99] {
+                let value: f64 = digits * 10_f64.powi(exponent);
+                let (root, exact) = (sqrt(value), value.sqrt());
+                assert!((root - exact).abs() <= 2.0 * (exact.next_up() - exact), "{value:e}: {root:e}, not {exact:e}");
+            }
+        }
+        assert_eq!([0.0, -1.0, f64::NAN, f64::INFINITY].map(sqrt), [0.0, 0.0, 0.0, f64::INFINITY]);
+    }
+
+    #[test]
+    fn sums_products_of_every_length() {
+        let a: [f64; 7] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+        assert_eq!(dot(&a, &a), 140.0);
+        assert_eq!(dot(&[2.0; 4], &[3.0; 4]), 24.0);
+        assert_eq!(dot(&[], &[]), 0.0);
+    }
+
+    #[test]
+    fn moves_entries_up() {
+        let mut list = [1, 2, 3, 4];
+        close_gap(&mut list, 1);
+        assert_eq!(list, [1, 3, 4, 4]);
+        shift_in(&mut list, 5);
+        assert_eq!(list, [3, 4, 4, 5]);
+    }
+
+    #[test]
+    fn clips_without_a_panic() {
+        assert_eq!(clip(2.0, -1.0, 1.0), 1.0);
+        assert_eq!(clip(f64::NAN, -1.0, 1.0), -1.0);
+        assert_eq!(clip(0.0, f64::NEG_INFINITY, f64::INFINITY), 0.0);
+    }
+}

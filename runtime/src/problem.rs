@@ -145,3 +145,62 @@ fn stage_offsets<'a, const NP: usize, const N: usize>(
 fn finite_or_zero(limit: f64) -> f64 {
     if limit.is_finite() { limit.abs() } else { 0.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    #![expect(non_snake_case, reason = "the paper's symbols")]
+
+    use super::Plan;
+    use crate::tables::{DpcProblem, StageRow};
+
+    /// Two states, two inputs, two stages; a row of each kind.
+    fn problem() -> DpcProblem<2, 2, 6, 4, 1, 1, 1> {
+        let mut T = [[0.0; 6]; 6];
+        let mut V = [[0.0; 6]; 4];
+        for (i, row) in T.iter_mut().enumerate() {
+            for (j, entry) in row.iter_mut().enumerate().skip(i) {
+                *entry = 1.0 + i as f64 - 0.5 * j as f64;
+            }
+            row[i] = 2.0 + i as f64;
+        }
+        for (k, row) in V.iter_mut().enumerate() {
+            row[k] = 1.0;
+        }
+        DpcProblem {
+            V,
+            lower: [-1.0; 4],
+            upper: [1.0, 1.0, 1.0, f64::INFINITY],
+            tube: [[1.0, 2.0]],
+            state: [StageRow { stage: 1, row: [3.0, 4.0] }],
+            input: [StageRow { stage: 0, row: [5.0, 6.0] }],
+            T,
+            max_iterations: 10,
+        }
+    }
+
+    #[test]
+    fn unknowns_are_those_of_the_plan() {
+        let plan = Plan { dx: [1.0, -2.0], du: [[3.0, 0.5], [-1.5, 4.0]] };
+        let back: Plan<2, 2, 2> = problem().plan(&problem().unknowns(&plan));
+        for (a, b) in back.dx.iter().chain(back.du.iter().flatten()).zip(plan.dx.iter().chain(plan.du.iter().flatten()))
+        {
+            assert!((a - b).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn offsets_come_from_the_stage_of_the_row() {
+        let problem = problem();
+        let instance = problem.at(&[0.1, 0.2], &[[9.0, 9.0], [0.01, 0.02]], &[[0.03, 0.04], [9.0, 9.0]]);
+        for (offset, expected) in instance.offset.iter().zip([0.5, 0.11, 0.39, 0.0]) {
+            assert!((offset - expected).abs() < 1e-15);
+        }
+        assert!(instance.rests() && instance.is_finite());
+        assert!(instance.admits(&[0.5, 0.89, 0.6, 1e9, 0.0, 0.0], 1e-9));
+        assert!(!instance.admits(&[0.6, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-9));
+        assert!(!instance.admits(&[0.0, 0.0, 0.0, -1.1, 0.0, 0.0], 1e-9));
+        assert!(!problem.at(&[1.0, 0.2], &[[0.0; 2]; 2], &[[0.0; 2]; 2]).rests());
+        assert!(!problem.at(&[f64::NAN, 0.0], &[[0.0; 2]; 2], &[[0.0; 2]; 2]).rests());
+        assert!(!problem.at(&[f64::MAX, f64::MAX], &[[0.0; 2]; 2], &[[0.0; 2]; 2]).is_finite());
+    }
+}

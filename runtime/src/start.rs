@@ -107,3 +107,43 @@ impl fmt::Display for StartError {
 }
 
 impl core::error::Error for StartError {}
+
+#[cfg(test)]
+mod tests {
+    #![expect(non_snake_case, reason = "the paper's symbols")]
+
+    use super::{StartError, SteadyState};
+    use crate::tables::Model;
+
+    /// One state, two inputs, one output; only the gains matter here.
+    fn model(Ke: [[f64; 1]; 2]) -> Model<1, 2, 1, 0, 0> {
+        Model {
+            A: [[0.5]],
+            B: [[1.0, 1.0]],
+            C: [[1.0]],
+            Cz: [],
+            Dz: [],
+            EL: [[]],
+            K: [[0.0], [0.0]],
+            Kx: [[0.5], [-1.0]],
+            Ke,
+            u_min: [-9.0; 2],
+            u_max: [9.0; 2],
+        }
+    }
+
+    #[test]
+    fn finds_the_error_sum_behind_an_input() {
+        let start = SteadyState { x: [2.0], u: [1.0 + 3.0, -2.0 + 6.0] };
+        let [e] = start.error_sum(&model([[1.0], [2.0]])).unwrap();
+        assert!((e - 3.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn refuses_an_input_that_no_error_sum_gives() {
+        let off = SteadyState { x: [2.0], u: [4.0, 4.1] };
+        assert_eq!(off.error_sum(&model([[1.0], [2.0]])), Err(StartError::InputOutOfReach));
+        let any = SteadyState { x: [2.0], u: [1.0, -2.0] };
+        assert_eq!(any.error_sum(&model([[0.0], [0.0]])), Err(StartError::InputOutOfReach));
+    }
+}

@@ -2,7 +2,10 @@
 
 use crate::pair::{self, BOUND, OTHER, PARTNER, PairController, PairInbox, PairMessage, PairTables, RESERVE, TUBE};
 use crate::random::Random;
-use dpc_runtime::{Control, Delivery, Link, Message, References, Refused, StartError, SteadyState, Step};
+use dpc_runtime::{
+    Control, Controller, Delivery, Link, Message, ReferenceLayer, References, Refused, StartError, SteadyState, Step,
+    Tables,
+};
 
 const ORIGIN: SteadyState<1, 1> = SteadyState { x: [0.0], u: [0.0] };
 
@@ -357,4 +360,45 @@ fn shares_coupling_constraints() {
 /// A state on the reference: what the first half of a step would show.
 fn on_reference(controller: &PairController<'_, 1, 1>) -> [f64; 1] {
     controller.clone().input(&[0.0]).telemetry.x_ref
+}
+
+/// A layer that never finds an answer.
+struct Speechless;
+
+impl ReferenceLayer<1, 0> for Speechless {
+    fn next(&self, _: &[f64; 1], _: &[f64; 1], _: &[f64; 0]) -> Option<[f64; 1]> {
+        None
+    }
+
+    fn contains(&self, _: &[f64; 1]) -> bool {
+        true
+    }
+}
+
+#[test]
+fn keeps_the_reference_when_the_layer_has_no_answer() {
+    let Tables { model, coupling, problem, .. } = pair::tables();
+    let tables: Tables<Speechless, 1, 1, 1, 1, 1, 0, 0, 1, 2, 3, 8, 1, 2, 2> =
+        Tables { model, coupling, reference: Speechless, problem };
+    let (mut controller, sent) = Controller::start(&tables, &steady(1.0, 0.0)).unwrap();
+    let mut inbox = PairInbox::new();
+    inbox.accept(&OTHER, &Message { step: -1, y_ref: [0.0], z_ref: [0.0] }).unwrap();
+    let step = controller.step(&[1.0], &[0.0], &mut inbox);
+    assert_eq!((step.status.references, step.message.y_ref), (References::Kept, sent.y_ref));
+    assert!(step.status.is_guaranteed());
+}
+
+/// An inbox that is made anew while the controller runs misses one period and is in step again.
+#[test]
+fn inbox_falls_into_step_again() {
+    let tables = pair::tables();
+    let mut solo = Solo::new(&tables);
+    (0..5).for_each(|_| assert!(solo.step(0.0, 0.0).status.is_guaranteed()));
+    solo.inbox = PairInbox::new();
+    let step = solo.controller.step(&[0.0], &[0.0], &mut solo.inbox);
+    assert_eq!(step.status.deliveries, [Delivery::OutOfSequence(-1)]);
+    assert_eq!(solo.inbox.expected(), 5);
+    let step = solo.step(0.0, 0.0);
+    assert_eq!(step.status.deliveries, [Delivery::InSequence]);
+    assert!(step.status.degraded);
 }
