@@ -13,12 +13,10 @@
 //! opt-level = 3
 //! ```
 //!
-//! In `build.rs`:
+//! In `main` of `build.rs`:
 //!
 //! ```no_run
-//! fn main() {
-//!     dpc_codegen::build::compile("system.toml");
-//! }
+//! dpc_codegen::build::compile("system.toml");
 //! ```
 //!
 //! In the crate, for a network whose `name` is `four-tank`:
@@ -46,20 +44,23 @@ use crate::emit::{Emitted, package_folder};
 pub fn compile(file: impl AsRef<Path>) {
     let file = file.as_ref();
     println!("cargo::rerun-if-changed={}", file.display());
-    if let Err(message) = try_compile(file) {
+    let out = std::env::var_os("OUT_DIR").ok_or("error: only cargo can run a build script: OUT_DIR is not set");
+    if let Err(message) = out.map_err(str::to_owned).and_then(|out| compile_into(file, Path::new(&out))) {
         eprintln!("{message}");
         std::process::exit(1);
     }
 }
 
-fn try_compile(file: &Path) -> Result<(), String> {
-    let out =
-        std::env::var_os("OUT_DIR").ok_or("dpc_codegen::build::compile is for build scripts: OUT_DIR is not set")?;
+/// Designs the network of `file` and writes its controllers to `<out>/<name of the network>/`, which is returned.
+///
+/// # Errors
+/// The mistakes in the file, or what the file system reports, as text for the user; then nothing is written.
+pub fn compile_into(file: &Path, out: &Path) -> Result<PathBuf, String> {
     let source = read(file)?;
     let design = Design::new(source.clone()).map_err(|mistakes| mistakes.render(&source, false))?;
-    let folder = PathBuf::from(out).join(package_folder(&design.network));
-    Emitted::new(&design).write(&folder).map_err(|error| error.to_string())?;
-    Ok(())
+    let folder = out.join(package_folder(&design.network));
+    Emitted::new(&design).write(&folder).map_err(|error| format!("error: {error}"))?;
+    Ok(folder)
 }
 
 /// The text of `file`.

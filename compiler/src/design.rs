@@ -24,12 +24,26 @@ impl Design {
     /// # Errors
     /// The mistakes of the first stage that finds any, each with its place in the file.
     pub fn new(source: Source) -> Result<Self, Diagnostics> {
+        Self::observed(source, |_| ())
+    }
+
+    /// [`Design::new`], which calls `done` with the name of each stage when it ends: for clocks.
+    ///
+    /// # Errors
+    /// As [`Design::new`].
+    pub fn observed(source: Source, mut done: impl FnMut(&'static str)) -> Result<Self, Diagnostics> {
         let spec = Spec::parse(&source)?;
-        let network = Network::new(&spec, source)?;
+        done("Spec");
+        let network = Network::new(&spec, source.clone())?;
+        done("Network");
         let gains = Gains::new(&network)?;
+        done("Gains");
         let sets = Sets::new(&network, &gains)?;
+        done("Sets");
         let sizing = Sizing::new(&network, &gains, &sets)?;
+        done("Sizing");
         let problems = Problems::new(&network, &gains, &sizing)?;
+        done("Problems");
         Ok(Self { network, gains, sets, sizing, problems })
     }
 }

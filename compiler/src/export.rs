@@ -122,7 +122,7 @@ impl<'a> Subsystem<'a> {
             P: rows(&gains.P),
             X: Set::named(&model.X),
             U: Set::named(&model.U),
-            rpi: (sizes.E.q.max() > 0.0).then(|| Set::strips(&sizes.E)),
+            rpi: sizes.E.q.iter().any(|width| *width > 0.0).then(|| Set::strips(&sizes.E)),
             z_set: Set::symmetric(&sizes.zeta),
             dz_set: Set::symmetric(&sizes.dz),
             x_hat: Set::polytope(&sizes.X_nom),

@@ -1,6 +1,42 @@
-//! Compiler for distributed predictive control (Farina, Betti, Giulioni, Scattolini).
+//! Compiler for distributed predictive control.
 //!
-//! `text -> Spec -> Network -> Gains -> Sets -> Sizing -> Problems -> Emitted`: see [`design::Design`].
+//! Reads the model of a network of subsystems with its constraints and weights from `system.toml`, does the
+//! centralised off-line design of Farina, Betti, Giulioni, Scattolini, "An approach to distributed predictive control
+//! for tracking" (Section IV-A), and writes one controller per subsystem as Rust for `dpc-runtime`. Equation numbers
+//! everywhere are those of that paper.
+//!
+//! `text -> Spec -> Network -> Gains -> Sets -> Sizing -> Problems -> Emitted`: every stage is a value that is made from
+//! earlier ones, never changes afterwards, and says what holds from then on. [`design::Design`] is the pipeline on one
+//! page; read it first. [`build`] runs it in a build script, the program `dpc-codegen` on the command line,
+//! [`export::design_json`] tells other tools the result, and [`summary::Summary`] people.
+//!
+//! # Symbols
+//!
+//! Fields for matrices and sets are the paper's upper-case letters; a tilde is `_ref`, a hat `_nom`. For subsystem i:
+//!
+//! | symbol | meaning | Rust | equation |
+//! |---|---|---|---|
+//! | A_ii, B_ii, C_i | local model | `network::Subsystem::{A, B, C}` | (1) |
+//! | E_i, L_ij | what the coupling outputs of others do to the state | `network::Subsystem::{E, L}` | (1), (2) |
+//! | C_zi, D_zi | coupling output z_i, what others hear of the subsystem | `network::Subsystem::{Cz, Dz}` | (1c) |
+//! | X_i, U_i | state and input constraints | `network::Subsystem::{X, U}` | |
+//! | H_h, l_h | coupling constraint over outputs | `network::CouplingConstraint` | (3), (4) |
+//! | Q_i, R_i, P_i | stage and terminal weights | `network::Subsystem::{Q, R}`, `gains::SubsystemGains::P` | (34), (37) |
+//! | T_i, gamma | weights of the reference output | `network::Subsystem::T`, `network::Reference::gamma` | (29) |
+//! | q, epsilon | norm and radius of the ball a reference moves in, per step | `network::Reference::norm`, `sizing::Sizing::epsilon` | (6), (30) |
+//! | N | horizon | `network::Network::horizon` | (33) |
+//! | K_i, F_ii | auxiliary control law, closed local loop | `gains::SubsystemGains::{K, F}` | (17), (18) |
+//! | calK_i = \[K_i^x K_i^e\] | gain of the reference layer | `gains::SubsystemGains::{Kx, Ke}` | (7f) |
+//! | calF, calG | collective reference system | `gains::Gains::{calF, calG}` | (8) |
+//! | Delta^chi | invariant set of the reference system | support values in `sets` | (12), (13) |
+//! | calE_i | robustly invariant set of x - xhat | `sizing::SubsystemSizing::E` | (18) |
+//! | calZ_i | box that z - zref stays in | `sizing::SubsystemSizing::zeta` | (21) |
+//! | Delta_i^z | box that zhat - zref is kept in: the reserve | `sizing::SubsystemSizing::dz` | (22) |
+//! | Sigma_i | terminal set | `sizing::SubsystemSizing::Sigma` | (24), (36) |
+//! | Xhat_i, Uhat_i | tightened constraints | `sizing::SubsystemSizing::{X_nom, U_nom}` | (35c), (35d) |
+//! | Y_i | reference outputs | `sizing::SubsystemSizing::Y` | (25b), (31) |
+//! | l~_h | tightened limit of a coupling constraint | `sizing::Sizing::l_tilde` | (26) |
+//! | V, w | i-DPC problem in least-distance form | `problems::DpcProblem` | (33)-(36) |
 
 pub mod build;
 pub mod convex;

@@ -78,7 +78,7 @@ pub struct Wishes {
     pub symmetric: bool,
 }
 
-/// Subsystem `i` of (1): x+ = A x + B u + E s, y = C x, z = Cz x + Dz u, s = sum over j of L[j] z_j.
+/// Subsystem `i` of (1): `x+ = A x + B u + E s, y = C x, z = Cz x + Dz u, s = sum over j of L[j] z_j`.
 #[derive(Debug, Clone)]
 pub struct Subsystem {
     pub name: String,
@@ -148,13 +148,13 @@ pub struct GainWishes {
     pub reference_weights: (DMatrix<f64>, DMatrix<f64>),
 }
 
-/// Constraint (3): sum over j of H[j] y_j <= l, with H[j] y_j = Hz[j] z_j (4).
+/// Constraint (3): `sum over j of H[j] y_j <= l`, with `H[j] y_j = Hz[j] z_j` (4).
 #[derive(Debug, Clone)]
 pub struct CouplingConstraint {
     pub name: String,
-    /// H_h^[j], a row of length p_j, by subsystem; only non-zero rows are present.
+    /// `H_h^[j]`, a row of length p_j, by subsystem; only non-zero rows are present.
     pub H: BTreeMap<usize, DVector<f64>>,
-    /// H_h^[j]z, a row over the coupling outputs of j.
+    /// `H_h^[j]z`, a row over the coupling outputs of j.
     pub Hz: BTreeMap<usize, DVector<f64>>,
     /// l_h > 0.
     pub l: f64,

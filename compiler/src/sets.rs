@@ -10,7 +10,7 @@ use crate::convex::{Invariant, PowerSum, multiplier, multipliers, rpi_on_normals
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::gains::{Gains, SubsystemGains};
 use crate::network::{Network, Subsystem};
-use crate::optim::lyapunov::spectral_radius;
+use crate::optim::lyapunov::{Contraction, spectral_radius};
 use crate::optim::rounding::sum_upper;
 
 /// After this point: on the normals of each E_i a robustly positively invariant set exists, on those of each Sigma_i
@@ -33,17 +33,22 @@ pub struct Sets {
 
 #[derive(Debug)]
 pub struct SubsystemSets {
-    /// Normals of E_i, rows of unit length, and its multipliers at a nominal size.
-    pub tube_normals: DMatrix<f64>,
-    pub tube: Invariant,
-    /// Normals of Sigma_i and its multipliers at a nominal size.
-    pub terminal_normals: DMatrix<f64>,
-    pub terminal: Invariant,
+    /// E_i.
+    pub tube: Shape,
+    /// Sigma_i.
+    pub terminal: Shape,
     /// |w_k| <= floor_k: the part of W_i that stands for finite arithmetic; see [`FLOOR`].
     pub floor: DVector<f64>,
     /// The rows of X_i and of U_i, as seen by the references.
     pub x_rows: Vec<ReferenceShare>,
     pub u_rows: Vec<ReferenceShare>,
+}
+
+/// Normals of an invariant set, rows of unit length, with its offsets and multipliers at a nominal size.
+#[derive(Debug)]
+pub struct Shape {
+    pub normals: DMatrix<f64>,
+    pub set: Invariant,
 }
 
 /// What the references may take of one row of X_i x U_i, (25b).
@@ -70,19 +75,18 @@ impl Sets {
         let z_offset = z_offsets(network);
         let small_gain = small_gain(network, gains, &z_offset);
         let rho_small_gain = spectral_radius(&small_gain);
-        if !(rho_small_gain < 1.0) {
+        if rho_small_gain.is_nan() || rho_small_gain >= 1.0 {
             return Err(small_gain_fails(network, &small_gain, &z_offset, rho_small_gain).into());
         }
         let zeta = nominal_zeta(network, &small_gain, &z_offset);
         let references = References::new(network, gains)?;
         let (shapes, rho_on_normals) = tubes(network, gains, &zeta, &z_offset)?;
         let mut subsystems = Vec::new();
-        for (i, (tube_normals, tube)) in shapes.into_iter().enumerate() {
+        for (i, tube) in shapes.into_iter().enumerate() {
             let (s, g) = (&network.subsystems[i], &gains.subsystems[i]);
-            let (terminal_normals, terminal) = terminal(s, g, network.wishes.facet_loss)?;
+            let terminal = terminal(s, g, network.wishes.facet_loss)?;
             let (x_rows, u_rows) = references.shares(i, s, g);
-            let floor = floor(s);
-            subsystems.push(SubsystemSets { tube_normals, tube, terminal_normals, terminal, floor, x_rows, u_rows });
+            subsystems.push(SubsystemSets { tube, terminal, floor: floor(s), x_rows, u_rows });
         }
         let coupling = references.coupling(network);
         Ok(Self { subsystems, small_gain, rho_small_gain, rho_on_normals, z_offset, coupling })
@@ -184,7 +188,7 @@ fn tubes(
     gains: &Gains,
     zeta: &DVector<f64>,
     z_offset: &[usize],
-) -> Result<(Vec<(DMatrix<f64>, Invariant)>, f64), Diagnostics> {
+) -> Result<(Vec<Shape>, f64), Diagnostics> {
     let mut last = f64::INFINITY;
     for fewest in 0..MORE_POWERS {
         let mut shapes = Vec::new();
@@ -214,16 +218,11 @@ fn disturbance(P: &DMatrix<f64>, s: &Subsystem, zeta: &DVector<f64>, z_offset: &
 }
 
 /// The map zeta -> half-widths of (C_zi + D_zi K_i) E_i on the chosen normals, homogeneous part.
-fn loop_matrix(
-    network: &Network,
-    gains: &Gains,
-    shapes: &[(DMatrix<f64>, Invariant)],
-    z_offset: &[usize],
-) -> DMatrix<f64> {
+fn loop_matrix(network: &Network, gains: &Gains, shapes: &[Shape], z_offset: &[usize]) -> DMatrix<f64> {
     let size = network.subsystems.iter().map(Subsystem::nz).sum();
     let mut matrix = DMatrix::zeros(size, size);
     for (i, s) in network.subsystems.iter().enumerate() {
-        let (P, tube) = &shapes[i];
+        let Shape { normals: P, set: tube } = &shapes[i];
         let z_rows = closed_loop_z(s, &gains.subsystems[i]);
         let Some(mu) = multipliers(P, &tube.q, &z_rows) else { continue };
         let mu = DMatrix::from_fn(mu.len(), P.nrows(), |a, b| mu[a].mu[b].abs());
@@ -239,7 +238,7 @@ fn loop_matrix(
 }
 
 /// Sigma_i's normals: positively invariant at the size that a disturbance as large as the state's range would need.
-fn terminal(s: &Subsystem, g: &SubsystemGains, loss: f64) -> Result<(DMatrix<f64>, Invariant), Diagnostics> {
+fn terminal(s: &Subsystem, g: &SubsystemGains, loss: f64) -> Result<Shape, Diagnostics> {
     let scale = state_scale(s);
     shape(s, g, 0, loss, |P| floor_support(P, &scale)).ok_or_else(|| no_invariant_set(s, g, "Sigma_i").into())
 }
@@ -252,12 +251,12 @@ fn shape(
     fewest: usize,
     loss: f64,
     r: impl Fn(&DMatrix<f64>) -> DVector<f64>,
-) -> Option<(DMatrix<f64>, Invariant)> {
+) -> Option<Shape> {
     let needed = needed_directions(s, g);
     for powers in (fewest..).take_while(|&powers| powers <= fewest + MOST_POWERS) {
         let P = normals(&needed, &g.F, powers);
         if let Some(set) = rpi_on_normals(&P, &g.F, &r(&P)) {
-            return Some(fewer_facets(P, set, &needed, &g.F, loss, &r));
+            return Some(fewer_facets(Shape { normals: P, set }, &needed, &g.F, loss, &r));
         }
     }
     None
@@ -315,28 +314,26 @@ fn rank(rows: &DMatrix<f64>) -> usize {
 
 /// Leaves out every normal whose absence costs less than `loss` (relative) in each needed direction.
 fn fewer_facets(
-    P: DMatrix<f64>,
-    set: Invariant,
+    mut shape: Shape,
     needed: &DMatrix<f64>,
     F: &DMatrix<f64>,
     loss: f64,
     r: &impl Fn(&DMatrix<f64>) -> DVector<f64>,
-) -> (DMatrix<f64>, Invariant) {
-    let Some(limit) = supports(&P, &set.q, needed).map(|s| s * (1.0 + loss)) else { return (P, set) };
-    let (mut P, mut set) = (P, set);
-    for k in (0..P.nrows()).rev() {
-        let shorter = P.clone().remove_row(k);
-        if shorter.nrows() < P.ncols() || rank(&shorter) < P.ncols() {
+) -> Shape {
+    let Some(limit) = supports(&shape.normals, &shape.set.q, needed).map(|s| s * (1.0 + loss)) else { return shape };
+    for k in (0..shape.normals.nrows()).rev() {
+        let normals = shape.normals.clone().remove_row(k);
+        if normals.nrows() < normals.ncols() || rank(&normals) < normals.ncols() {
             continue;
         }
-        let Some(candidate) = rpi_on_normals(&shorter, F, &r(&shorter)) else { continue };
-        let good = supports(&shorter, &candidate.q, needed)
-            .is_some_and(|support| support.iter().zip(&limit).all(|(s, l)| s <= l));
+        let Some(set) = rpi_on_normals(&normals, F, &r(&normals)) else { continue };
+        let good =
+            supports(&normals, &set.q, needed).is_some_and(|support| support.iter().zip(&limit).all(|(s, l)| s <= l));
         if good {
-            (P, set) = (shorter, candidate);
+            shape = Shape { normals, set };
         }
     }
-    (P, set)
+    shape
 }
 
 fn supports(P: &DMatrix<f64>, q: &DVector<f64>, needed: &DMatrix<f64>) -> Option<DVector<f64>> {
@@ -351,7 +348,7 @@ struct References {
     /// Per column of `steady`, its error in the norm of `contraction`.
     steady_error: Vec<f64>,
     sum: PowerSum,
-    gains_contraction: crate::optim::lyapunov::Contraction,
+    contraction: Contraction,
     chi_offset: Vec<usize>,
     size: usize,
 }
@@ -380,8 +377,8 @@ impl References {
         let blocks = network.subsystems.iter().map(Subsystem::p).collect();
         let sum =
             PowerSum::new(gains.calF.clone(), W, blocks, network.reference.norm, gains.contraction.clone(), &error);
-        let gains_contraction = gains.contraction.clone();
-        Ok(Self { steady, steady_error, sum, gains_contraction, chi_offset: gains.chi_offset.clone(), size })
+        let contraction = gains.contraction.clone();
+        Ok(Self { steady, steady_error, sum, contraction, chi_offset: gains.chi_offset.clone(), size })
     }
 
     /// The rows of X_i on xref and of U_i on uref = calK chi.
@@ -399,7 +396,7 @@ impl References {
         ReferenceShare {
             rate: self.sum.support(&d),
             steady: self.steady.tr_mul(&d),
-            steady_error: self.gains_contraction.dual_norm(&d) * worst + rounding,
+            steady_error: self.contraction.dual_norm(&d) * worst + rounding,
         }
     }
 

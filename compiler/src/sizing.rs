@@ -161,7 +161,7 @@ impl Context<'_> {
     fn nominal_proofs(&self) -> Result<Vec<Proofs>, Diagnostics> {
         let of = |i: usize| {
             let sets = &self.sets.subsystems[i];
-            self.proofs(i, &sets.tube, &sets.terminal).ok_or_else(|| diagnose::no_proof(self, i).into())
+            self.proofs(i, &sets.tube.set, &sets.terminal.set).ok_or_else(|| diagnose::no_proof(self, i).into())
         };
         (0..self.network.subsystems.len()).map(of).collect()
     }
@@ -171,9 +171,10 @@ impl Context<'_> {
         (0..self.network.subsystems.len())
             .map(|i| {
                 let (sets, F) = (&self.sets.subsystems[i], &self.gains.subsystems[i].F);
-                let tube = rpi_on_normals(&sets.tube_normals, F, &self.W(program, point, i))?;
+                let tube = rpi_on_normals(&sets.tube.normals, F, &self.W(program, point, i))?;
                 let sigma = program.sigma(point, i);
-                let Lambda = multipliers(&sets.terminal_normals, &sigma, &(&sets.terminal_normals * F))?;
+                let P = &sets.terminal.normals;
+                let Lambda = multipliers(P, &sigma, &(P * F))?;
                 self.proofs(i, &tube, &Invariant { q: sigma, Lambda })
             })
             .collect()
@@ -182,9 +183,9 @@ impl Context<'_> {
     /// Support of W_i in the normals of E_i at a point of the program.
     fn W(&self, program: &Program, point: &[f64], i: usize) -> DVector<f64> {
         let (s, sets) = (&self.network.subsystems[i], &self.sets.subsystems[i]);
-        let mut support = floor_support(&sets.tube_normals, &sets.floor);
+        let mut support = floor_support(&sets.tube.normals, &sets.floor);
         for &j in s.L.keys() {
-            support += import_gain(&sets.tube_normals, s, j) * program.zeta(point, j);
+            support += import_gain(&sets.tube.normals, s, j) * program.zeta(point, j);
         }
         support
     }
@@ -192,11 +193,11 @@ impl Context<'_> {
     fn proofs(&self, i: usize, tube: &Invariant, terminal: &Invariant) -> Option<Proofs> {
         let (s, g, sets) = (&self.network.subsystems[i], &self.gains.subsystems[i], &self.sets.subsystems[i]);
         let (u_rows, z_rows) = (&s.U.H * &g.K, closed_loop_z(s, g));
-        let on_tube = |rows: &DMatrix<f64>| multipliers(&sets.tube_normals, &tube.q, rows);
-        let on_terminal = |rows: &DMatrix<f64>| multipliers(&sets.terminal_normals, &terminal.q, rows);
+        let on_tube = |rows: &DMatrix<f64>| multipliers(&sets.tube.normals, &tube.q, rows);
+        let on_terminal = |rows: &DMatrix<f64>| multipliers(&sets.terminal.normals, &terminal.q, rows);
         Some(Proofs {
-            tube_normals: sets.tube_normals.clone(),
-            terminal_normals: sets.terminal_normals.clone(),
+            tube_normals: sets.tube.normals.clone(),
+            terminal_normals: sets.terminal.normals.clone(),
             tube: tube.Lambda.clone(),
             tube_x: on_tube(&s.X.H)?,
             tube_u: on_tube(&u_rows)?,

@@ -163,7 +163,7 @@ pub struct CouplingConstraint {
     pub max: At<f64>,
 }
 
-/// H_h^[j] of (3).
+/// `H_h^[j]` of (3).
 #[derive(Debug, Clone)]
 pub struct OutputRow {
     pub subsystem: At<String>,
@@ -180,13 +180,10 @@ impl Spec {
     /// Reads the text of `source`.
     ///
     /// # Errors
-    /// All syntax errors; where there are none, all unknown keys, missing keys, values of the wrong kind, NaNs and
-    /// malformed names.
+    /// The first syntax error, since one forgotten bracket spoils all that follows; where there is none, all unknown
+    /// keys, missing keys, values of the wrong kind, NaNs and malformed names.
     pub fn parse(source: &Source) -> Result<Self, Diagnostics> {
-        let (document, mistakes) = DeTable::parse_recoverable(&source.text);
-        if !mistakes.is_empty() {
-            return Err(Diagnostics(mistakes.iter().map(|mistake| syntax(mistake, &source.text)).collect()));
-        }
+        let document = DeTable::parse(&source.text).map_err(|mistake| syntax(&mistake, &source.text))?;
         let mut errors = Diagnostics::default();
         let mut file = Table::new("", first_line(&source.text), document.get_ref());
         let spec = read::spec(&mut file, &mut errors);
@@ -221,7 +218,11 @@ impl PerSignal {
 
 fn syntax(mistake: &toml::de::Error, text: &str) -> Diagnostic {
     let place = mistake.span().unwrap_or_else(|| first_line(text));
-    Diagnostic::error(code::SYNTAX, "the file is not valid TOML").at(place, mistake.message())
+    let error = Diagnostic::error(code::SYNTAX, "the file is not valid TOML").at(place, mistake.message());
+    match mistake.message().contains("array") {
+        true => error.help("a bracket opened earlier may not be closed"),
+        false => error,
+    }
 }
 
 /// Where to point when something is missing in the file as a whole.

@@ -81,10 +81,9 @@ impl Summary<'_> {
         lines.extend(output_ranges(model, sizes));
         lines.extend(reserves(model, sizes));
         lines.push(item("facets", &format!("E {}, Sigma {}", sizes.E.facets(), sizes.Sigma.facets())));
-        lines.push(item(
-            "i-DPC problem",
-            &format!("{} unknowns, {} of {} inequalities kept", dpc.H.nrows(), dpc.facets_after, dpc.facets_before),
-        ));
+        lines.push(item("terminal set", &upsets(model, sizes)));
+        lines.push(item("i-DPC problem", &format!("{} unknowns, {}", dpc.H.nrows(), count(dpc.rows.len(), "row"))));
+        lines.push(item("", &format!("{} of {} inequalities can become active", dpc.facets_after, dpc.facets_before)));
         lines.push(item("tables", &format!("{} bytes", self.emitted.table_bytes[i])));
         lines
     }
@@ -132,8 +131,7 @@ fn output_ranges(model: &Subsystem, sizes: &SubsystemSizing) -> Vec<String> {
 }
 
 fn range(signal: &Signal, min: f64, max: f64) -> String {
-    let unit = signal.unit.as_deref().unwrap_or_default();
-    format!("{} from {} to {} {unit}", signal.name, short(min), short(max)).trim_end().to_owned()
+    format!("{} from {} to {} {}", signal.name, short(min), short(max), unit(signal)).trim_end().to_owned()
 }
 
 fn reserves(model: &Subsystem, sizes: &SubsystemSizing) -> Vec<String> {
@@ -141,6 +139,18 @@ fn reserves(model: &Subsystem, sizes: &SubsystemSizing) -> Vec<String> {
     widths
         .map(|(name, (dz, zeta))| item("reserve", &format!("{} of {} in z = {name}", short(*dz), short(*zeta))))
         .collect()
+}
+
+/// Half-axes of Sigma_i.
+fn upsets(model: &Subsystem, sizes: &SubsystemSizing) -> String {
+    let axes = model.states.iter().zip(&sizes.upset);
+    let axes =
+        axes.map(|(signal, upset)| format!("{} {} {}", signal.name, short(*upset), unit(signal)).trim_end().to_owned());
+    format!("reaches {} off the reference", axes.collect::<Vec<_>>().join(", "))
+}
+
+fn unit(signal: &Signal) -> &str {
+    signal.unit.as_deref().unwrap_or_default()
 }
 
 fn trade_row(point: &TradePoint) -> String {

@@ -38,7 +38,7 @@ pub fn rpi_on_normals(P: &DMatrix<f64>, F: &DMatrix<f64>, r: &DVector<f64>) -> O
             Some(next) => q = next,
             None => q = &abs * &q + r,
         }
-        if !(q.amax() <= 1e9 * r.amax()) {
+        if !q.amax().is_finite() || q.amax() > 1e9 * r.amax() {
             return None;
         }
     }

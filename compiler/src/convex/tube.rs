@@ -103,3 +103,47 @@ impl PowerSum {
 /// Covers the rounding of the bounds themselves.
 const INFLATE: f64 = 1.0 + 1e-9;
 const MAX_STEPS: usize = 2_000_000;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn power_sum(F: DMatrix<f64>, norm: RateNorm) -> PowerSum {
+        let contraction = Contraction::new(&F).unwrap();
+        let n = F.nrows();
+        PowerSum::new(F, DMatrix::identity(n, n), vec![n], norm, contraction, &vec![0.0; n])
+    }
+
+    #[test]
+    fn scalar_sum_is_the_geometric_series() {
+        let set = power_sum(DMatrix::from_element(1, 1, 0.999), RateNorm::Inf);
+        let value = set.support(&DVector::from_element(1, 2.0));
+        assert!((2000.0..2000.0 * (1.0 + 1e-8)).contains(&value), "{value}");
+    }
+
+    /// F = [-0.17 -0.03; -1.17 -0.03] with the unit inf-ball: the supports of the minimal set along the axes by summing
+    /// the 1-norms of the rows of the powers of F.
+    #[test]
+    fn supports_are_above_the_plain_sum_and_close_to_it() {
+        let F = DMatrix::from_row_slice(2, 2, &[-0.17, -0.03, -1.17, -0.03]);
+        let set = power_sum(F.clone(), RateNorm::Inf);
+        for k in 0..2 {
+            let axis = DVector::from_fn(2, |j, _| f64::from(j == k));
+            let (mut row, mut plain) = (axis.clone(), 0.0);
+            for _ in 0..200 {
+                plain += row.abs().sum();
+                row = F.tr_mul(&row);
+            }
+            let value = set.support(&axis);
+            assert!(plain <= value && value <= plain * (1.0 + 1e-8), "{plain} {value}");
+        }
+    }
+
+    #[test]
+    fn the_dual_norms_are_those_of_the_balls() {
+        let g = [3.0, -4.0];
+        assert_eq!(RateNorm::Inf.dual(g.into_iter()), 7.0);
+        assert_eq!(RateNorm::Two.dual(g.into_iter()), 5.0);
+        assert_eq!(RateNorm::One.dual(g.into_iter()), 4.0);
+    }
+}

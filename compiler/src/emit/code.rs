@@ -16,7 +16,9 @@ pub fn header(design: &Design, what: &str) -> String {
     let (file, folder) = (source_file(design), super::package_folder(&design.network));
     let (major, minor) = RUNTIME;
     format!(
-        "// {}. Written by dpc-codegen {} from {file}; do not edit. To make it again:\n\
+        "// {}.\n\
+         //\n\
+         // Written by dpc-codegen {} from {file}; do not edit. To make it again:\n\
          //\n\
          //     dpc-codegen {file} --out {folder}\n\
          //\n\
@@ -34,13 +36,21 @@ fn source_file(design: &Design) -> String {
 
 /// The half, formatted, without the header.
 pub fn text(node: &Node, modules: &[String]) -> String {
-    let groups = [imports(node), sizes(node), names(node), types(node), links(node, modules), start()];
-    let groups = groups.map(|tokens| formatted(tokens.into_iter().collect()));
+    let groups = [
+        formatted(imports(node)),
+        formatted(vec![version()]),
+        formatted(sizes(node)),
+        formatted(names(node)),
+        types(node),
+        formatted(links(node, modules)),
+        start().map(|item| formatted(vec![item])).join("\n"),
+    ];
     groups.into_iter().filter(|group| !group.is_empty()).collect::<Vec<_>>().join("\n")
 }
 
 /// What is made here is a list of items; a mistake in it is one of this module, found by its first test.
-fn formatted(tokens: TokenStream) -> String {
+fn formatted(items: Vec<TokenStream>) -> String {
+    let tokens: TokenStream = items.into_iter().collect();
     let text = tokens.to_string();
     let file = syn::parse2(tokens).unwrap_or_else(|error| unreachable!("{error} in {text}"));
     prettyplease::unparse(&file)
@@ -55,13 +65,18 @@ fn imports(node: &Node) -> Vec<TokenStream> {
     names.extend((sizes.ns + sizes.nq > 0).then_some("StageRow"));
     names.sort_unstable();
     let names = names.iter().map(|name| format_ident!("{name}"));
-    let (major, minor) = (Literal::u32_unsuffixed(RUNTIME.0), Literal::u32_unsuffixed(RUNTIME.1));
     vec![
         quote! { use dpc_runtime::StartError; },
         quote! { use dpc_runtime::linear::times; },
         quote! { use dpc_runtime::tables::{#(#names),*}; },
-        quote! { const _: () = assert!(dpc_runtime::fits(#major, #minor), "made for another version of dpc-runtime"); },
     ]
+}
+
+fn version() -> TokenStream {
+    let (major, minor) = RUNTIME;
+    let message = format!("made for dpc-runtime {major}.{minor}");
+    let (major, minor) = (Literal::u32_unsuffixed(major), Literal::u32_unsuffixed(minor));
+    quote! { const _: () = assert!(dpc_runtime::fits(#major, #minor), #message); }
 }
 
 fn reference_type(node: &Node) -> &'static str {
@@ -100,7 +115,6 @@ fn names(node: &Node) -> Vec<TokenStream> {
         let size = format_ident!("{size}");
         constant(name, doc, quote!([&str; #size]), quote!([#(#names),*]))
     };
-    let rows = node.problems().dpc.rows.iter().map(|row| row.name.clone()).collect();
     vec![
         constant("SAMPLE_TIME", "Seconds per step.", quote!(f64), sample_time),
         constant("NAME", "As the user wrote it.", quote!(&str), Literal::string(&model.name)),
@@ -108,7 +122,6 @@ fn names(node: &Node) -> Vec<TokenStream> {
         list("INPUTS", "Names of the inputs, with units.", "NU", labels(&model.inputs)),
         list("OUTPUTS", "Names of the outputs, with units.", "NY", labels(&model.outputs)),
         list("COUPLING_OUTPUTS", "What the neighbours hear.", "NZ", model.coupling_outputs.clone()),
-        list("ROWS", "What each row of the i-DPC problem asks, for reports and logs.", "NR", rows),
     ]
 }
 
@@ -117,37 +130,34 @@ fn constant(name: &str, doc: &str, ty: TokenStream, value: impl ToTokens) -> Tok
     quote! { #[doc = #doc] pub const #name: #ty = #value; }
 }
 
-fn types(node: &Node) -> Vec<TokenStream> {
-    let alias = |name: &str, doc: &str, ty: TokenStream| {
-        let (name, doc) = (format_ident!("{name}"), format!(" {doc}"));
-        quote! { #[doc = #doc] pub type #name = #ty; }
-    };
-    vec![
-        alias("Reference", "Reference-output layer (28)-(31).", reference_parameters(node)),
-        alias(
-            "Parts",
-            "Type of [`TABLES`].",
-            quote!(Tables<Reference, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>),
-        ),
-        alias(
-            "Controller",
-            "What this node remembers from step to step.",
-            quote!(dpc_runtime::Controller<'static, Reference, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>),
-        ),
-        alias("Inbox", "Collects the neighbours' messages between two steps.", quote!(dpc_runtime::Inbox<NI, NJ, NB>)),
-        alias("Message", "What the neighbours hear, once per step.", quote!(dpc_runtime::Message<NY, NZ>)),
-        alias("Step", "What a step gives.", quote!(dpc_runtime::Step<NX, NU, NY, NZ, NB>)),
-        alias("SteadyState", "A state and an input to start from.", quote!(dpc_runtime::SteadyState<NX, NU>)),
-    ]
+/// Written out, since one parameter per line would take a screen.
+fn types(node: &Node) -> String {
+    format!(
+        "/// Reference-output layer (28)-(31).\n\
+         pub type Reference = {};\n\
+         /// Type of [`TABLES`].\n\
+         pub type Parts = Tables<Reference, {PARAMETERS}>;\n\
+         /// What this node remembers from step to step.\n\
+         pub type Controller = dpc_runtime::Controller<'static, Reference, {PARAMETERS}>;\n\
+         /// Collects the neighbours' messages between two steps.\n\
+         pub type Inbox = dpc_runtime::Inbox<NI, NJ, NB>;\n\
+         /// What the neighbours hear, once per step.\n\
+         pub type Message = dpc_runtime::Message<NY, NZ>;\n\
+         /// What a step gives.\n\
+         pub type Step = dpc_runtime::Step<NX, NU, NY, NZ, NB>;\n\
+         /// A state and an input to start from.\n\
+         pub type SteadyState = dpc_runtime::SteadyState<NX, NU>;\n",
+        reference_parameters(node)
+    )
 }
 
-fn reference_parameters(node: &Node) -> TokenStream {
+/// Of `dpc_runtime::Tables` and `dpc_runtime::Controller`, after the reference layer.
+const PARAMETERS: &str = "NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ";
+
+fn reference_parameters(node: &Node) -> String {
     match &node.problems().reference {
-        ReferenceProblem::Clamp { .. } => quote!(Clamp<NY, NC>),
-        ReferenceProblem::Nearest { set, rate, .. } => {
-            let [facets, rates] = [set.nrows(), rate.nrows()].map(Literal::usize_unsuffixed);
-            quote!(Nearest<NY, #facets, #rates, NC>)
-        }
+        ReferenceProblem::Clamp { .. } => "Clamp<NY, NC>".to_owned(),
+        ReferenceProblem::Nearest { set, rate, .. } => format!("Nearest<NY, {}, {}, NC>", set.nrows(), rate.nrows()),
     }
 }
 
@@ -184,8 +194,8 @@ fn option(first: Option<usize>) -> TokenStream {
 }
 
 /// The only functions of the file: the runtime's, with this subsystem's tables.
-fn start() -> Vec<TokenStream> {
-    vec![
+fn start() -> [TokenStream; 2] {
+    [
         quote! {
             /// The state and input that this subsystem rests at when the outputs of the whole network rest at
             /// `outputs`, in the order of the columns of [`STEADY_X`].

@@ -1,5 +1,5 @@
-//! Tables that no step needs but that whoever starts or watches a controller does: steady states, and the sets that
-//! state, input and deviations stay in at every step. A linker drops those that nobody names.
+//! Tables that no step needs but that whoever starts or watches a controller does: names of rows, steady states, and
+//! the sets that state, input and deviations stay in at every step. A linker drops those that nobody names.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -13,6 +13,7 @@ pub fn items(node: &Node, steady: &DMatrix<f64>) -> Vec<String> {
     let model = node.model();
     let [x, u] = steady_states(node, steady);
     vec![
+        row_names(node),
         x,
         u,
         tube(node),
@@ -30,6 +31,12 @@ pub fn items(node: &Node, steady: &DMatrix<f64>) -> Vec<String> {
             &model.U,
         ),
     ]
+}
+
+fn row_names(node: &Node) -> String {
+    let names = node.problems().dpc.rows.iter().map(|row| (Value::Text(row.name.clone()), String::new()));
+    let doc = "What each row of the i-DPC problem asks: the rows that a status speaks of.";
+    item(doc, "ROWS", "[&str; NR]", &Value::List(names.collect()))
 }
 
 /// Rest of (9): chi = (I - calF)^-1 calG y, u = calK_i chi.

@@ -10,20 +10,23 @@ use super::node::{Node, labels};
 pub fn file(nodes: &[Node], modules: &[String]) -> String {
     let Some(first) = nodes.first() else { return String::new() };
     let network = &first.design.network;
-    let mut text = header(first.design, &format!("the controllers of network `{}`", network.name));
+    let mut text = header(first.design, &format!("Controllers of network `{}`", network.name));
     let _ = writeln!(text, "//\n// One step every {} s. Who hears whom:\n//", network.sample_time);
     for node in nodes {
         let _ = writeln!(text, "//     {}: {}", one_line(&node.model().name), hears(node));
     }
     for (node, module) in nodes.iter().zip(modules) {
-        let _ = write!(
-            text,
-            "\n/// {}\n#[rustfmt::skip]\n#[allow(unused, reason = \"a node uses the part that it needs\")]\npub mod {module};\n",
-            doc(node)
-        );
+        let _ = write!(text, "\n/// {}\n{ATTRIBUTES}pub mod {module};\n", doc(node));
     }
     text
 }
+
+/// On the modules, since the files themselves must begin with items.
+const ATTRIBUTES: &str = "\
+#[rustfmt::skip]
+#[allow(unused, reason = \"a node uses the part that it needs\")]
+#[allow(clippy::approx_constant, reason = \"a number of the design may lie near a famous one\")]
+";
 
 /// `right (0.0206 h4 + 0.000247 v2)`
 fn hears(node: &Node) -> String {

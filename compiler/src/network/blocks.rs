@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, RowDVector};
 
+use super::Signal;
 use super::model::{Local, neighbour};
 use super::roster::{Member, Roster};
 use super::rows::{factorise, hstack};
 use super::shape::{Shape, Side};
+use super::words::names;
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
-use crate::spec::{Import, Spec};
+use crate::spec::{Import, Matrix, Spec};
 
 /// The blocks [A_ij B_ij], n_i x (n_j + m_j), by (i, j), i != j.
 pub(super) struct Coupling(pub BTreeMap<(usize, usize), DMatrix<f64>>);
@@ -47,25 +49,24 @@ fn block(i: usize, import: &Import, roster: &Roster, errors: &mut Diagnostics) -
         errors.push(error.at(import.neighbour.place.clone(), "needs `A`, `B` or both (or `L` in the form (1), (2))"));
         return None;
     }
-    let A = imported("A", &import.A, to, from, from.states.len(), from.per_state(), errors);
-    let B = imported("B", &import.B, to, from, from.inputs.len(), from.per_input(), errors);
+    let A = imported("A", &import.A, to, from, ("state", &from.states), errors);
+    let B = imported("B", &import.B, to, from, ("input", &from.inputs), errors);
     Some(((i, j), hstack(&A?, &B?)))
 }
 
 /// A_ij or B_ij; zero where absent.
 fn imported(
     key: &str,
-    given: &Option<crate::spec::Matrix>,
+    given: &Option<Matrix>,
     to: &Member,
     from: &Member,
-    columns: usize,
-    reason: String,
+    (kind, signals): (&str, &[Signal]),
     errors: &mut Diagnostics,
 ) -> Option<DMatrix<f64>> {
-    let Some(given) = given else { return Some(DMatrix::zeros(to.states.len(), columns)) };
+    let Some(given) = given else { return Some(DMatrix::zeros(to.states.len(), signals.len())) };
     let what = format!("matrix `{key}` from `{}` to `{}`", from.name, to.name);
-    let rows = Side::Exactly(to.states.len(), format!("one per state of `{}`", to.name));
-    let columns = Side::Exactly(columns, format!("{reason} of `{}`", from.name));
+    let rows = Side::Exactly(to.states.len(), format!("one per state of `{}`: {}", to.name, names(&to.states)));
+    let columns = Side::Exactly(signals.len(), format!("one per {kind} of `{}`: {}", from.name, names(signals)));
     Shape { what, rows, columns }.read(given, errors)
 }
 

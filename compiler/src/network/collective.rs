@@ -77,6 +77,9 @@ fn cut(
     for signal in &collective.value {
         check_unique(&format!("a collective {what}"), &signal.value.name, &signal.place, &mut seen, errors);
     }
+    if seen.len() < collective.value.len() {
+        return None;
+    }
     let mut owners: BTreeMap<usize, &Place> = BTreeMap::new();
     let mut all = Vec::new();
     for subsystem in subsystems {

@@ -80,7 +80,7 @@ fn output_row(given: &OutputRow, roster: &Roster, errors: &mut Diagnostics) -> O
     Some((j, row))
 }
 
-/// Adds H_h^[j] y_j to z_j where no coupling output is a multiple of it.
+/// Adds `H_h^[j] y_j` to z_j where no coupling output is a multiple of it.
 pub(super) fn export_outputs(models: &mut [Model], constraints: &[Constraint]) {
     for (&j, row) in constraints.iter().flat_map(|constraint| &constraint.H) {
         let wanted = models[j].output_row(row);
@@ -94,7 +94,7 @@ pub(super) fn export_outputs(models: &mut [Model], constraints: &[Constraint]) {
     }
 }
 
-/// (3) with (4), once [`export_outputs`] has seen to it that every H_h^[j] y_j is a multiple of a coupling output.
+/// (3) with (4), once [`export_outputs`] has seen to it that every `H_h^[j] y_j` is a multiple of a coupling output.
 pub(super) fn resolve(constraint: Constraint, models: &[Model]) -> CouplingConstraint {
     let z_row = |(j, row): (&usize, &DVector<f64>)| {
         let multiple = as_multiple(&models[*j].output_row(row), &models[*j].coupling_rows());

@@ -30,17 +30,19 @@ impl Shape {
             Side::Exactly(columns, _) => *columns,
             Side::Free => given.value.first().map_or(0, |row| row.value.len()),
         };
-        let fits = self.check_rows(given, errors) & self.check_columns(given, columns, errors);
+        let fits = self.check_rows(given, columns, errors) && self.check_columns(given, columns, errors);
         let entries = given.value.iter().flat_map(numbers);
         fits.then(|| DMatrix::from_row_iterator(given.value.len(), columns, entries))
     }
 
-    fn check_rows(&self, given: &Matrix, errors: &mut Diagnostics) -> bool {
+    fn check_rows(&self, given: &Matrix, columns: usize, errors: &mut Diagnostics) -> bool {
         let Side::Exactly(expected, reason) = &self.rows else { return true };
         let found = given.value.len();
         if found != *expected {
             let label = format!("{}, expected {expected} ({reason})", count(found, "row"));
-            errors.push(self.error("rows").at(given.place.clone(), label));
+            let error = self.error("rows").at(given.place.clone(), label);
+            let turned = found == columns && given.value.iter().all(|row| row.value.len() == *expected);
+            errors.push(if turned { error.help("it fits when transposed: each inner list is one row") } else { error });
         }
         found == *expected
     }

@@ -162,7 +162,7 @@ fn check_cover(wish: &Cover, output: &Signal, reach: (f64, f64), errors: &mut Di
     let name = &output.name;
     let complaint = match () {
         () if low > high => format!("{} lies above {}", number(low), number(high)),
-        () if low > 0.0 || high < 0.0 => format!("0{unit}, the operating point, is not between them"),
+        () if low > 0.0 || high < 0.0 => format!("0{unit}, the operating point, is not among them"),
         () if low < reach.0 => format!("`{name}` cannot go below {}{unit}", number(reach.0)),
         () if high > reach.1 => format!("`{name}` cannot go above {}{unit}", number(reach.1)),
         () => return true,

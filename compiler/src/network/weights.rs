@@ -63,7 +63,7 @@ impl Weighing {
 
     fn asymmetric(&self, matrix: &DMatrix<f64>, given: &Matrix, r: usize, c: usize) -> Diagnostic {
         let label = |r, c| format!("row {}, column {}: {}", r + 1, c + 1, number(matrix[(r, c)]));
-        let mean = number((matrix[(r, c)] + matrix[(c, r)]) / 2.0);
+        let mean = rounded((matrix[(r, c)] + matrix[(c, r)]) / 2.0);
         Diagnostic::error(code::ASYMMETRIC, format!("{} is not symmetric", self.what))
             .at(entry_place(given, r, c), label(r, c))
             .at(entry_place(given, c, r), label(c, r))

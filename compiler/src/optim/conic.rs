@@ -75,12 +75,12 @@ impl LogProgram {
         for &(k, weight) in &self.linear {
             cost[k] -= weight;
         }
-        let (a, b) = self.rows();
+        let Rows { rows, columns, values, b } = self.rows();
         let mut cones = vec![SupportedConeT::NonnegativeConeT(self.inequalities.len())];
         cones.extend(self.logs.iter().map(|_| SupportedConeT::ExponentialConeT()));
         let p = CscMatrix::zeros((n, n));
         let settings = DefaultSettings { verbose: false, max_iter: 400, ..DefaultSettings::default() };
-        let a = CscMatrix::new_from_triplets(b.len(), n, a.0, a.1, a.2);
+        let a = CscMatrix::new_from_triplets(b.len(), n, rows, columns, values);
         let mut solver = match DefaultSolver::new(&p, &cost, &a, &b, &cones, settings) {
             Ok(solver) => solver,
             Err(error) => return Answer::Failed(error.to_string()),
@@ -96,26 +96,36 @@ impl LogProgram {
         }
     }
 
-    /// A x + s = b with s in the cones, A as (rows, columns, values).
-    fn rows(&self) -> ((Vec<usize>, Vec<usize>, Vec<f64>), Vec<f64>) {
-        let (mut rows, mut cols, mut values, mut b) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let mut push = |form: &Form, b: &mut Vec<f64>| {
-            for (k, a) in form.merged() {
-                rows.push(b.len());
-                cols.push(k);
-                values.push(-a);
-            }
-            b.push(form.constant);
-        };
-        for form in &self.inequalities {
-            push(form, &mut b);
-        }
+    fn rows(&self) -> Rows {
+        let mut rows = Rows::default();
+        self.inequalities.iter().for_each(|form| rows.push(form));
         for (k, (_, form)) in self.logs.iter().enumerate() {
-            push(&Form::new([(self.variables + k, 1.0)], 0.0), &mut b);
-            push(&Form::new([], 1.0), &mut b);
-            push(form, &mut b);
+            rows.push(&Form::new([(self.variables + k, 1.0)], 0.0));
+            rows.push(&Form::new([], 1.0));
+            rows.push(form);
         }
-        ((rows, cols, values), b)
+        rows
+    }
+}
+
+/// A x + s = b with s in the cones, A as triplets.
+#[derive(Default)]
+struct Rows {
+    rows: Vec<usize>,
+    columns: Vec<usize>,
+    values: Vec<f64>,
+    b: Vec<f64>,
+}
+
+impl Rows {
+    /// s = form.
+    fn push(&mut self, form: &Form) {
+        for (k, a) in form.merged() {
+            self.rows.push(self.b.len());
+            self.columns.push(k);
+            self.values.push(-a);
+        }
+        self.b.push(form.constant);
     }
 }
 

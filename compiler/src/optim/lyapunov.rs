@@ -57,7 +57,7 @@ impl Contraction {
     pub fn new(F: &DMatrix<f64>) -> Option<Self> {
         let n = F.nrows();
         let radius = spectral_radius(F);
-        if !(radius < 1.0) {
+        if radius.is_nan() || radius >= 1.0 {
             return None;
         }
         let lambda = 0.5 * (1.0 + radius);

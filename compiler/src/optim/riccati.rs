@@ -31,7 +31,8 @@ fn solve(A: &DMatrix<f64>, B: &DMatrix<f64>, Q: &DMatrix<f64>, R: &DMatrix<f64>)
         H_k += &step;
         H_k = (&H_k + H_k.transpose()) * 0.5;
         // An unreachable unstable mode doubles the exponent of its cost in every step.
-        if !(H_k.norm() < 1e30 * (1.0 + Q.norm())) {
+        let size = H_k.norm();
+        if size.is_nan() || size > 1e30 * (1.0 + Q.norm()) {
             return None;
         }
         if step.norm() <= 1e-15 * H_k.norm() {

@@ -52,8 +52,8 @@ impl Condensed {
         let dx = predictions(s, N);
         let du: Vec<_> = (0..N).map(|k| selection(s, N, k)).collect();
         let mut rows = tube_rows(s, sized, N);
-        for k in 0..N {
-            rows.extend(stage_rows(&s.X, &sized.X_nom, &dx[k], RowKind::State(k), k));
+        for (k, dx) in dx[..N].iter().enumerate() {
+            rows.extend(stage_rows(&s.X, &sized.X_nom, dx, RowKind::State(k), k));
         }
         for (k, du) in du.iter().enumerate() {
             rows.extend(stage_rows(&s.U, &sized.U_nom, du, RowKind::Input(k), k));

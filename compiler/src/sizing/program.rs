@@ -154,8 +154,8 @@ impl Program {
     /// (18) and (21), (22): E_i is invariant under what Z_j let in, and fits into Z_i with Delta_i^z.
     fn tube(&mut self, context: &Context, i: usize) {
         let (s, sets) = (&context.network.subsystems[i], &context.sets.subsystems[i]);
-        let floor = floor_support(&sets.tube_normals, &sets.floor);
-        let imports: Vec<_> = s.L.keys().map(|&j| (j, import_gain(&sets.tube_normals, s, j))).collect();
+        let floor = floor_support(&sets.tube.normals, &sets.floor);
+        let imports: Vec<_> = s.L.keys().map(|&j| (j, import_gain(&sets.tube.normals, s, j))).collect();
         let v = self.variables[i].clone();
         for (r, proof) in self.proofs[i].tube.clone().iter().enumerate() {
             let mut terms = vec![(v.q.start + r, 1.0)];

@@ -50,9 +50,9 @@ fn tubes(context: &Context, program: &Program, dz: &[DVector<f64>]) -> Option<Ve
     let (mut M, mut r) = (DMatrix::<f64>::zeros(size, size), DVector::zeros(size));
     for (i, s) in context.network.subsystems.iter().enumerate() {
         let (sets, proofs) = (&context.sets.subsystems[i], &program.proofs[i]);
-        let strips = sets.tube_normals.nrows();
+        let strips = sets.tube.normals.nrows();
         let (q, zeta) = (starts[i], starts[i] + strips);
-        r.rows_mut(q, strips).copy_from(&(floor_support(&sets.tube_normals, &sets.floor) * 2.0));
+        r.rows_mut(q, strips).copy_from(&(floor_support(&sets.tube.normals, &sets.floor) * 2.0));
         r.rows_mut(zeta, s.nz()).copy_from(&(&dz[i] * (1.0 + TUBE_MARGIN)));
         for (a, proof) in proofs.tube.iter().enumerate() {
             (0..strips).for_each(|b| M[(q + a, q + b)] = proof.mu[b].abs());
@@ -61,8 +61,8 @@ fn tubes(context: &Context, program: &Program, dz: &[DVector<f64>]) -> Option<Ve
             (0..strips).for_each(|b| M[(zeta + k, q + b)] = proof.mu[b].abs());
         }
         for &j in s.L.keys() {
-            let from = starts[j] + context.sets.subsystems[j].tube_normals.nrows();
-            let gain = import_gain(&sets.tube_normals, s, j) * (1.0 + TUBE_MARGIN);
+            let from = starts[j] + context.sets.subsystems[j].tube.normals.nrows();
+            let gain = import_gain(&sets.tube.normals, s, j) * (1.0 + TUBE_MARGIN);
             M.view_mut((q, from), gain.shape()).copy_from(&gain);
         }
     }
@@ -72,7 +72,7 @@ fn tubes(context: &Context, program: &Program, dz: &[DVector<f64>]) -> Option<Ve
     }
     let rounded = solution.map(|v| up_to_digits(v, DERIVED));
     let part = |i: usize| {
-        let strips = context.sets.subsystems[i].tube_normals.nrows();
+        let strips = context.sets.subsystems[i].tube.normals.nrows();
         let nz = context.network.subsystems[i].nz();
         (rounded.rows(starts[i], strips).into_owned(), rounded.rows(starts[i] + strips, nz).into_owned())
     };
@@ -84,7 +84,7 @@ fn starts(context: &Context) -> Vec<usize> {
     let sizes = context.network.subsystems.iter().zip(&context.sets.subsystems);
     let mut starts = vec![0];
     for (s, sets) in sizes {
-        starts.push(starts[starts.len() - 1] + sets.tube_normals.nrows() + s.nz());
+        starts.push(starts[starts.len() - 1] + sets.tube.normals.nrows() + s.nz());
     }
     starts
 }

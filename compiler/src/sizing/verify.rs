@@ -63,7 +63,7 @@ pub fn verify(context: &Context, proofs: &[Proofs], sizing: &Sizing) -> Result<V
     for (c, l_tilde) in context.network.coupling_constraints.iter().zip(&sizing.l_tilde) {
         slacks.push(Slack { equation: "(26)", what: c.name.clone(), value: *l_tilde });
     }
-    match slacks.iter().find(|slack| !(slack.value >= 0.0)) {
+    match slacks.iter().find(|slack| slack.value.is_nan() || slack.value < 0.0) {
         Some(slack) => Err(lost(context, slack).into()),
         None => Ok(slacks),
     }

@@ -9,20 +9,22 @@ pub(crate) fn did_you_mean<'a>(written: &str, candidates: impl IntoIterator<Item
     likely.min_by_key(|(d, _)| *d).map(|(_, known)| known)
 }
 
-/// Edits (Levenshtein) from one name to the other, blind to case.
+/// Edits from one name to the other, blind to case: letters inserted, left out, replaced, or swapped with the next
+/// (optimal string alignment).
 fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.to_lowercase().chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.to_lowercase().chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, cb) in b.iter().enumerate() {
-            let substituted = diagonal + usize::from(ca != *cb);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
+    let [a, b] = [a, b].map(|name| name.to_lowercase().chars().collect::<Vec<_>>());
+    let mut table = vec![(0..=b.len()).collect::<Vec<_>>()];
+    for i in 1..=a.len() {
+        let mut row = vec![i];
+        for j in 1..=b.len() {
+            let replaced = table[i - 1][j - 1] + usize::from(a[i - 1] != b[j - 1]);
+            let swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+            let swap = if swapped { table[i - 2][j - 2] + 1 } else { usize::MAX };
+            row.push(replaced.min(row[j - 1] + 1).min(table[i - 1][j] + 1).min(swap));
         }
+        table.push(row);
     }
-    row[b.len()]
+    table[a.len()][b.len()]
 }
 
 #[cfg(test)]
@@ -34,6 +36,7 @@ mod tests {
         assert_eq!(distance("kitten", "sitting"), 3);
         assert_eq!(distance("Horizon", "horizon"), 0);
         assert_eq!(distance("", "abc"), 3);
+        assert_eq!(distance("nrom", "norm"), 1);
     }
 
     #[test]

@@ -100,7 +100,11 @@ fn collective(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Collective>
 }
 
 fn subsystems(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Vec<Subsystem>> {
-    let table = Table::of("`subsystem`", value, errors)?;
+    let Some(subsystems) = value.toml.as_table() else {
+        errors.push(value.wrong_type("a table of subsystems").help("head each subsystem with [subsystem.NAME]"));
+        return None;
+    };
+    let table = Table::new("`subsystem`", value.place.clone(), subsystems);
     if table.named().next().is_none() {
         let error = Diagnostic::error(code::MISSING_KEY, "there is no subsystem");
         errors.push(error.at(table.place(), "needs at least one table [subsystem.NAME]"));
@@ -122,7 +126,7 @@ fn subsystem(name: At<String>, value: &Value<'_>, errors: &mut Diagnostics) -> O
     let cover = table.optional("cover", errors, cover).unwrap_or_default();
     let cover_place = table.key_place("cover");
     let reserve = table.optional("reserve", errors, per_signal);
-    let from = table.optional("from", errors, neighbours).unwrap_or_default();
+    let from = table.optional("from", errors, |from, errors| neighbours(&name.value, from, errors)).unwrap_or_default();
     table.refuse_unknown(errors);
     #[rustfmt::skip]
     let subsystem = Subsystem {
@@ -142,13 +146,14 @@ fn check_subsystem_name(name: &At<String>, errors: &mut Diagnostics) {
     }
 }
 
-fn neighbours(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Vec<Import>> {
+fn neighbours(to: &str, value: &Value<'_>, errors: &mut Diagnostics) -> Option<Vec<Import>> {
     let table = Table::of(value.what.clone(), value, errors)?;
-    all(table.named().map(|(entry, value)| neighbour(entry.name(), &value, errors)))
+    all(table.named().map(|(entry, value)| neighbour(to, entry.name(), &value, errors)))
 }
 
-fn neighbour(neighbour: At<String>, value: &Value<'_>, errors: &mut Diagnostics) -> Option<Import> {
-    let mut table = Table::of(value.what.clone(), value, errors)?.at(neighbour.place.clone());
+fn neighbour(to: &str, neighbour: At<String>, value: &Value<'_>, errors: &mut Diagnostics) -> Option<Import> {
+    let what = format!("the coupling from `{}` to `{to}`", neighbour.value);
+    let mut table = Table::of(what, value, errors)?.at(neighbour.place.clone());
     let [A, B, L] = ["A", "B", "L"].map(|key| table.optional(key, errors, matrix));
     table.refuse_unknown(errors);
     Some(Import { neighbour, A, B, L })

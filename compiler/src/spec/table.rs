@@ -118,12 +118,8 @@ impl<'a> Table<'a> {
 
     fn missing(&self, key: &str) -> Diagnostic {
         let title = format!("`{key}` is missing{}", self.inside());
-        let error = Diagnostic::error(code::MISSING_KEY, title).at(self.place(), format!("`{key}` belongs here"));
-        let spare: Vec<_> = self.entries.iter().map(|entry| entry.key).collect();
-        match did_you_mean(key, spare) {
-            Some(found) => error.help(format!("there is a `{found}`: is that meant?")),
-            None => error,
-        }
+        let whither = if self.what.is_empty() { "at the top of the file, above all tables" } else { "here" };
+        Diagnostic::error(code::MISSING_KEY, title).at(self.place(), format!("`{key}` belongs {whither}"))
     }
 
     fn inside(&self) -> String {
