@@ -159,6 +159,7 @@ fn weights_gains_and_wishes_arrive() {
     assert_eq!(middle.gains.weights, (middle.Q.clone(), middle.R.clone()));
     assert_eq!(middle.cover, [Some((-0.1, 0.15))]);
     assert_eq!(middle.reserve, [0.0001, 0.0001]);
+    assert_eq!((&middle.y_weights[..], &first.y_weights[..]), (&[3.0][..], &[1.0][..]));
     assert_eq!(first.gains.weights, (dmatrix![2.0, 0.0; 0.0, 2.0], dmatrix![0.5]));
     assert_eq!(first.gains.reference_weights, (DMatrix::from_diagonal(&dvector![1.0, 2.0, 0.3]), dmatrix![0.25]));
     assert_eq!(first.reserve, [0.0002, 0.0]);
