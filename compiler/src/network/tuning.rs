@@ -199,7 +199,8 @@ pub(super) fn reserve(
     coupling_outputs: &[String],
     errors: &mut Diagnostics,
 ) -> Option<Vec<f64>> {
-    let signals = if coupling_outputs.is_empty() { "nobody reads this subsystem".into() } else { coupling_outputs.join("; ") };
+    let signals =
+        if coupling_outputs.is_empty() { "nobody reads this subsystem".into() } else { coupling_outputs.join("; ") };
     let reason = format!("one per coupling output: {signals}");
     let Some(reserve) = per_signal("reserve", given, member, coupling_outputs.len(), &reason, errors)? else {
         return Some(vec![0.0; coupling_outputs.len()]);

@@ -50,6 +50,7 @@ pub fn minimise(c: &DVector<f64>, A: &DMatrix<f64>, b: &DVector<f64>) -> Outcome
 
 const PIVOT: f64 = 1e-10;
 const REDUCED_COST: f64 = 1e-11;
+const RESIDUAL: f64 = 1e-10;
 
 enum Run {
     Optimal,
@@ -63,7 +64,14 @@ struct Tableau {
     cols: usize,
     cells: Vec<f64>,
     basis: Vec<usize>,
+    phase: Phase,
     gave_up: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    One,
+    Two,
 }
 
 impl Tableau {
@@ -79,7 +87,7 @@ impl Tableau {
             cells[i * cols + n + i] = 1.0;
             cells[i * cols + cols - 1] = sign * b[i];
         }
-        let mut tableau = Self { rows: m, cols, cells, basis: (n..n + m).collect(), gave_up: false };
+        let mut tableau = Self { rows: m, cols, cells, basis: (n..n + m).collect(), phase: Phase::One, gave_up: false };
         tableau.price_artificials(n);
         tableau
     }
@@ -126,6 +134,7 @@ impl Tableau {
 
     /// Phase-two costs, reduced by the basis.
     fn price(&mut self, c: &DVector<f64>) {
+        self.phase = Phase::Two;
         let last = self.rows * self.cols;
         self.cells[last..].fill(0.0);
         self.cells[last..last + c.len()].copy_from_slice(c.as_slice());
@@ -168,8 +177,9 @@ impl Tableau {
         let mut best: Option<(f64, usize)> = None;
         for i in 0..self.rows {
             let pivot = self.at(i, j);
-            // A dependent row keeps its artificial variable at zero: it may not become positive again.
-            let stuck = self.basis[i] >= self.cols - 1 - self.rows && pivot < -PIVOT;
+            // After phase one a dependent row keeps its artificial variable at zero: it may not grow again.
+            let artificial = self.basis[i] >= self.cols - 1 - self.rows;
+            let stuck = self.phase == Phase::Two && artificial && pivot < -PIVOT;
             if pivot <= PIVOT && !stuck {
                 continue;
             }
@@ -212,7 +222,9 @@ impl Tableau {
             y[j] = y_B[k].max(0.0);
         }
         let value = c.dot(&y);
-        Some(Solution { y, x, value })
+        // A certificate is worth what A y = b is worth, whatever the pivots did.
+        let size = b.amax() + A.amax() * y.amax();
+        ((A * &y - b).amax() <= RESIDUAL * size).then_some(Solution { y, x, value })
     }
 }
 
@@ -244,6 +256,27 @@ mod tests {
         let A = DMatrix::from_row_slice(1, 2, &[1.0, -1.0]);
         let c = DVector::from_vec(vec![0.0, -1.0]);
         assert!(matches!(minimise(&c, &A, &DVector::from_element(1, 1.0)), Outcome::Unbounded));
+    }
+
+    /// Primal and dual feasible with no gap is optimal.
+    #[test]
+    fn random_problems_are_solved_to_optimality() {
+        let mut state = 1u64;
+        let mut next = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            ((state >> 33) as f64 / f64::from(1u32 << 31) * 20.0).round() / 10.0 - 1.0
+        };
+        for case in 0..400 {
+            let (m, n) = (2 + case % 9, 6 + case % 23);
+            let A = DMatrix::from_fn(m, 2 * n, |_, _| next());
+            let inside = DVector::from_fn(2 * n, |_, _| next().max(0.0));
+            let b = &A * inside;
+            let c = DVector::from_fn(2 * n, |_, _| next().abs());
+            let solution = optimal(minimise(&c, &A, &b));
+            assert!(solution.y.min() >= 0.0 && (&A * &solution.y - &b).amax() < 1e-9);
+            assert!((A.transpose() * &solution.x - &c).max() < 1e-8, "dual feasible");
+            assert!((b.dot(&solution.x) - solution.value).abs() < 1e-8 * (1.0 + solution.value.abs()), "no gap");
+        }
     }
 
     #[test]
