@@ -77,9 +77,9 @@ fn subsystems_keep_the_order_of_the_file() {
 #[test]
 fn multiples_of_a_row_share_one_coupling_output() {
     let [_, _, last] = &network("three_carts").subsystems[..] else { panic!("three subsystems") };
-    // What `last` reads is -1.5 times what `middle` is read by `first`, and `middle` exports it once.
+    // What `last` reads is -1 times what `middle` is read by `first`, and `middle` exports it once.
     let moved = &last.E * &last.L[&0] * &network("three_carts").subsystems[0].Cz;
-    assert!((moved - dmatrix![0.0, 0.0; -0.3, -0.06]).amax() <= 1e-12 * 0.3);
+    assert!((moved - dmatrix![0.0, 0.0; -0.1, -0.02]).amax() <= 1e-12 * 0.1);
 }
 
 /// E_i L_ij [Cz_j Dz_j] = [A_ij B_ij], with as few coupling outputs as the rank of what is exported.
@@ -155,14 +155,15 @@ fn weights_gains_and_wishes_arrive() {
     assert_eq!(middle.Q, dmatrix![10.0, 0.0; 0.0, 1.0]);
     assert_eq!(middle.R, dmatrix![1.0, 0.1; 0.1, 2.0]);
     assert_eq!(middle.T, dmatrix![4.0]);
-    assert_eq!(middle.gains.calK, Some(dmatrix![-1.0, -1.5, 0.2; 0.5, 0.0, 0.0]));
+    assert_eq!(middle.gains.calK, Some(dmatrix![-4.0, -4.0, 0.2; 1.0, 1.0, 0.0]));
     assert_eq!(middle.gains.weights, (middle.Q.clone(), middle.R.clone()));
-    assert_eq!(middle.cover, [Some((-0.5, 0.75))]);
-    assert_eq!(middle.reserve, [0.01, 0.01]);
+    assert_eq!(middle.cover, [Some((-0.1, 0.15))]);
+    assert_eq!(middle.reserve, [0.0001, 0.0001]);
+    assert_eq!((&middle.y_weights[..], &first.y_weights[..]), (&[3.0][..], &[1.0][..]));
     assert_eq!(first.gains.weights, (dmatrix![2.0, 0.0; 0.0, 2.0], dmatrix![0.5]));
     assert_eq!(first.gains.reference_weights, (DMatrix::from_diagonal(&dvector![1.0, 2.0, 0.3]), dmatrix![0.25]));
-    assert_eq!(first.reserve, [0.02, 0.0]);
-    assert_eq!((network.wishes.y_weight, network.wishes.terminal_weight, network.wishes.symmetric), (2.0, 0.0, true));
+    assert_eq!(first.reserve, [0.0002, 0.0]);
+    assert_eq!((network.wishes.y_weight, network.wishes.terminal_weight, network.wishes.symmetric), (2.0, 0.01, true));
     assert_eq!(network.reference.norm, Norm::Two);
 }
 

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use dpc_codegen::design::Design;
 use dpc_codegen::diagnostic::{Diagnostics, Source};
 use dpc_codegen::network::Network;
 use dpc_codegen::spec::Spec;
@@ -13,7 +14,7 @@ use nalgebra::DMatrix;
 /// # Errors
 /// The mistakes of the first stage that finds any.
 pub fn compile(source: Source) -> Result<(), Diagnostics> {
-    lower(source).map(drop)
+    Design::new(source).map(drop)
 }
 
 /// The input stages.

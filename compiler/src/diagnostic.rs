@@ -34,7 +34,7 @@ pub struct Diagnostic {
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Diagnostics(pub Vec<Diagnostic>);
 
-/// Every code of the input stages. A code keeps its meaning for ever; a retired one is not used again.
+/// Every code: E01xx input, E02xx gains, E03xx sets, E04xx sizes, E05xx on-line problems. A code keeps its meaning for ever; a retired one is not used again.
 pub mod code {
     /// The text is not TOML.
     pub const SYNTAX: &str = "E0101";
@@ -89,8 +89,48 @@ pub mod code {
     /// One of `Kx`, `Ke` without the other.
     pub const HALF_A_GAIN: &str = "E0126";
 
-    /// All of the above.
-    pub const ALL: [&str; 26] = [
+    /// A_ii has an unstable mode that B_ii does not reach (Assumption 1).
+    pub const UNSTABILISABLE: &str = "E0201";
+    /// A_ii + B_ii K_i is not stable (Assumption 1, part 2).
+    pub const LOCAL_LOOP: &str = "E0202";
+    /// A + BK is not stable (Assumption 1, part 1).
+    pub const COLLECTIVE_LOOP: &str = "E0203";
+    /// The outputs cannot be held at arbitrary set-points (Assumption 2).
+    pub const ASSUMPTION_2: &str = "E0204";
+    /// calF is not stable (Assumption 3).
+    pub const ASSUMPTION_3: &str = "E0205";
+    /// A subsystem cannot integrate the error of its own outputs, so it has no calK_i.
+    pub const NO_INTEGRATION: &str = "E0206";
+    /// The small-gain radius is not below 1 (Assumption 4).
+    pub const SMALL_GAIN: &str = "E0301";
+    /// No invariant set was found on any normals tried.
+    pub const NO_INVARIANT_SET: &str = "E0302";
+    /// The sets on the normals tried lose too much for Assumption 4.
+    pub const FEW_NORMALS: &str = "E0303";
+    /// The steady states (9) cannot be computed to working accuracy.
+    pub const STEADY_STATE: &str = "E0304";
+    /// Epsilon leaves no set-point: a tightened set is empty.
+    pub const EPSILON: &str = "E0401";
+    /// The wanted reserve is out of reach.
+    pub const RESERVE_TOO_LARGE: &str = "E0402";
+    /// The set-points to cover are out of reach.
+    pub const COVER_TOO_LARGE: &str = "E0403";
+    /// The sizing program has no point, or none that could be computed.
+    pub const NOT_SIZED: &str = "E0404";
+    /// An inclusion does not survive rounding.
+    pub const LOST_SLACK: &str = "E0405";
+    /// A Hessian of (34) is not positive definite in double precision.
+    pub const NOT_CONVEX: &str = "E0501";
+    /// An entry of the condensed problem is not finite.
+    pub const OVERFLOW: &str = "E0502";
+    /// The ball of (30) has too many facets.
+    pub const TOO_MANY_OUTPUTS: &str = "E0503";
+
+    /// Codes that only numerical trouble can bring up: no small file is known to do so.
+    pub const NUMERICAL: [&str; 6] = [FEW_NORMALS, STEADY_STATE, NOT_SIZED, LOST_SLACK, NOT_CONVEX, OVERFLOW];
+
+    /// All others.
+    pub const ALL: [&str; 38] = [
         SYNTAX,
         UNKNOWN_KEY,
         MISSING_KEY,
@@ -117,6 +157,18 @@ pub mod code {
         COVER,
         RESERVE,
         HALF_A_GAIN,
+        UNSTABILISABLE,
+        LOCAL_LOOP,
+        COLLECTIVE_LOOP,
+        ASSUMPTION_2,
+        ASSUMPTION_3,
+        NO_INTEGRATION,
+        SMALL_GAIN,
+        NO_INVARIANT_SET,
+        EPSILON,
+        RESERVE_TOO_LARGE,
+        COVER_TOO_LARGE,
+        TOO_MANY_OUTPUTS,
     ];
 }
 

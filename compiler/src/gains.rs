@@ -3,7 +3,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::network::{Network, Subsystem};
 use crate::optim::lyapunov::{Contraction, eigenvalues, lyapunov, spectral_radius};
 use crate::optim::riccati::lqr;
@@ -278,7 +278,7 @@ fn each<T>(
 
 /// The eigenvalue outside the open unit disc that B moves least (Popov-Belevitch-Hautus), with that distance.
 fn stuck_mode(A: &DMatrix<f64>, B: &DMatrix<f64>) -> Option<((f64, f64), f64)> {
-    let unstable = eigenvalues(A).into_iter().filter(|(re, im)| re.hypot(*im) >= 1.0 - 1e-9);
+    let unstable = eigenvalues(A)?.into_iter().filter(|(re, im)| re.hypot(*im) >= 1.0 - 1e-9);
     unstable.map(|e| (e, hautus(A, B, e))).min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
@@ -308,9 +308,11 @@ fn mode(eigenvalue: (f64, f64)) -> String {
 }
 
 fn unstabilisable(subsystem: &Subsystem) -> Diagnostic {
-    let error =
-        Diagnostic::error("E0201", format!("subsystem `{}` cannot be stabilised by its own inputs", subsystem.name))
-            .at(subsystem.places.or_header(&subsystem.places.B), "these inputs do not reach every unstable mode");
+    let error = Diagnostic::error(
+        code::UNSTABILISABLE,
+        format!("subsystem `{}` cannot be stabilised by its own inputs", subsystem.name),
+    )
+    .at(subsystem.places.or_header(&subsystem.places.B), "these inputs do not reach every unstable mode");
     let error = match stuck_mode(&subsystem.A, &subsystem.B) {
         Some((eigenvalue, distance)) => error.note(format!(
             "the mode of A_ii with eigenvalue {} is out of reach: the smallest singular value of [lambda I - A, B] is {distance:.2e}",
@@ -323,12 +325,14 @@ fn unstabilisable(subsystem: &Subsystem) -> Diagnostic {
 
 fn unstabilisable_reference(subsystem: &Subsystem) -> Diagnostic {
     let (A, B) = augmented(subsystem);
-    let error =
-        Diagnostic::error("E0206", format!("subsystem `{}` cannot integrate the error of its outputs", subsystem.name))
-            .at(
-                subsystem.places.or_header(&subsystem.places.C),
-                "these outputs cannot be held at a set-point by this subsystem's inputs",
-            );
+    let error = Diagnostic::error(
+        code::NO_INTEGRATION,
+        format!("subsystem `{}` cannot integrate the error of its outputs", subsystem.name),
+    )
+    .at(
+        subsystem.places.or_header(&subsystem.places.C),
+        "these outputs cannot be held at a set-point by this subsystem's inputs",
+    );
     let error = match stuck_mode(&A, &B) {
         Some((eigenvalue, distance)) => error.note(format!(
             "the reference system (7) has the mode {} out of reach: the smallest singular value of [lambda I - calA, calB] is {distance:.2e}",
@@ -340,7 +344,7 @@ fn unstabilisable_reference(subsystem: &Subsystem) -> Diagnostic {
 }
 
 fn F_ii_unstable(subsystem: &Subsystem, rho: f64) -> Diagnostic {
-    Diagnostic::error("E0202", format!("A_ii + B_ii K_i of subsystem `{}` is not stable", subsystem.name))
+    Diagnostic::error(code::LOCAL_LOOP, format!("A_ii + B_ii K_i of subsystem `{}` is not stable", subsystem.name))
         .at(subsystem.places.or_header(&subsystem.places.K), format!("spectral radius {rho:.6}, must be below 1"))
         .note("Assumption 1, part 2: every subsystem has to be stable on its own under u = K x")
         .help(
@@ -349,14 +353,15 @@ fn F_ii_unstable(subsystem: &Subsystem, rho: f64) -> Diagnostic {
 }
 
 fn assumption_1_fails(network: &Network, rho: f64) -> Diagnostic {
-    let error = Diagnostic::error("E0203", "the subsystems destabilise each other: A + BK is not stable");
+    let error = Diagnostic::error(code::COLLECTIVE_LOOP, "the subsystems destabilise each other: A + BK is not stable");
     coupling_labels(error, network)
         .note(format!("Assumption 1, part 1: the spectral radius of A + B diag(K_1, ..., K_M) is {rho:.6}, must be below 1"))
         .help("change `gain-weights` (a larger R in a strongly coupled subsystem often helps, or a larger Q), state K, or merge the subsystems that are coupled most")
 }
 
 fn assumption_2_fails(network: &Network, margin: f64) -> Diagnostic {
-    let mut error = Diagnostic::error("E0204", "the outputs cannot be held at arbitrary set-points (Assumption 2)");
+    let mut error =
+        Diagnostic::error(code::ASSUMPTION_2, "the outputs cannot be held at arbitrary set-points (Assumption 2)");
     for s in &network.subsystems {
         error = error.at(s.places.or_header(&s.places.C), "outputs");
     }
@@ -367,7 +372,8 @@ fn assumption_2_fails(network: &Network, margin: f64) -> Diagnostic {
 
 fn assumption_3_fails(network: &Network, gains: &[SubsystemGains], rho: f64) -> Diagnostic {
     let given = network.subsystems.iter().any(|s| s.gains.calK.is_some());
-    let mut error = Diagnostic::error("E0205", "the reference system is not stable: calF of Assumption 3 is not Schur");
+    let mut error =
+        Diagnostic::error(code::ASSUMPTION_3, "the reference system is not stable: calF of Assumption 3 is not Schur");
     for (s, g) in network.subsystems.iter().zip(gains) {
         let (A, B) = augmented(s);
         let local = spectral_radius(&(A + B * g.calK()));

@@ -102,9 +102,9 @@ impl std::fmt::Display for Clock {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let milliseconds = |time: Duration| time.as_secs_f64() * 1e3;
         let total: Duration = self.stages.iter().map(|(_, time)| *time).sum();
-        write!(f, "{:.1} ms", milliseconds(total))?;
+        write!(f, "{:.1} ms, of which\n ", milliseconds(total))?;
         for (k, (name, time)) in self.stages.iter().enumerate() {
-            write!(f, "{} {name} {:.1}", if k == 0 { ":" } else { "," }, milliseconds(*time))?;
+            write!(f, "{} {name} {:.1}", if k == 0 { "" } else { "," }, milliseconds(*time))?;
         }
         Ok(())
     }

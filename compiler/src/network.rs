@@ -114,6 +114,8 @@ pub struct Subsystem {
     pub gains: GainWishes,
     /// Set-points Y_i must cover, per output: `Some((low, high))` in output units, low <= 0 <= high.
     pub cover: Vec<Option<(f64, f64)>>,
+    /// How much the width of Y_i in each output is worth, besides [`Wishes::y_weight`].
+    pub y_weights: Vec<f64>,
     /// Smallest half-width of Delta_i^z the user accepts, per coupling output.
     pub reserve: Vec<f64>,
     pub places: SubsystemPlaces,
@@ -254,6 +256,7 @@ fn subsystem(
     let gains = weights.as_ref().and_then(|weights| tuning::gains(given, member, weights, errors));
     let cover = X.as_ref().and_then(|X| tuning::cover(&given.cover, member, &model.C, X, errors));
     let reserve = tuning::reserve(&given.reserve, member, &coupling_outputs, errors);
+    let y_weights = tuning::y_weights(&given.y_weight, member, errors);
     let (Model { A, B, C, E, L, Cz, Dz }, weights) = (model.clone(), weights?);
     Some(Subsystem {
         name: member.name.clone(),
@@ -276,6 +279,7 @@ fn subsystem(
         gains: gains?,
         cover: cover?,
         reserve: reserve?,
+        y_weights: y_weights?,
         places: SubsystemPlaces::of(given, spec, roster),
     })
 }

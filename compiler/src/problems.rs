@@ -7,7 +7,7 @@ mod reference;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::gains::{Gains, SubsystemGains};
 use crate::network::{Network, Subsystem};
 use crate::sizing::{Sizing, SubsystemSizing};
@@ -140,14 +140,14 @@ fn inverse_factor(H: &DMatrix<f64>) -> Option<DMatrix<f64>> {
 }
 
 fn indefinite(s: &Subsystem) -> Diagnostic {
-    Diagnostic::error("E0501", format!("the i-DPC problem of subsystem `{}` is not strictly convex in double precision", s.name))
+    Diagnostic::error(code::NOT_CONVEX, format!("the i-DPC problem of subsystem `{}` is not strictly convex in double precision", s.name))
         .at(s.places.or_header(&s.places.weights), "weights of this subsystem")
         .note("the Hessian of (34) lost its positive definiteness to rounding: Q, R and P differ by too many orders of magnitude")
         .help("choose Q and R closer to each other, or scale the units of states and inputs")
 }
 
 fn not_finite(s: &Subsystem) -> Diagnostic {
-    Diagnostic::error("E0502", format!("the i-DPC problem of subsystem `{}` overflows", s.name))
+    Diagnostic::error(code::OVERFLOW, format!("the i-DPC problem of subsystem `{}` overflows", s.name))
         .at(s.places.header.clone(), "an entry of its tables is not finite")
         .note("powers of A_ii over the horizon leave the range of double precision")
         .help("a shorter horizon, or scaled units")

@@ -7,10 +7,11 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 
 use crate::convex::{Invariant, PowerSum, multiplier, multipliers, rpi_on_normals};
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::gains::{Gains, SubsystemGains};
 use crate::network::{Network, Subsystem};
 use crate::optim::lyapunov::{Contraction, spectral_radius};
+use crate::optim::modes::modal_normals;
 use crate::optim::rounding::sum_upper;
 
 /// After this point: on the normals of each E_i a robustly positively invariant set exists, on those of each Sigma_i
@@ -174,6 +175,9 @@ fn power_sum(C: &DMatrix<f64>, g: &SubsystemGains, B: &DMatrix<f64>) -> DMatrix<
 fn nominal_zeta(network: &Network, S: &DMatrix<f64>, z_offset: &[usize]) -> DVector<f64> {
     let n = S.nrows();
     let mut dz = DVector::zeros(n);
+    if n == 0 {
+        return dz;
+    }
     for (i, s) in network.subsystems.iter().enumerate() {
         let range = s.Cz.abs() * state_scale(s) + s.Dz.abs() * DVector::from_element(s.m(), 1.0);
         dz.rows_mut(z_offset[i], s.nz()).copy_from(&range.map(|r| 0.01 * r.max(1e-6)));
@@ -243,8 +247,8 @@ fn terminal(s: &Subsystem, g: &SubsystemGains, loss: f64) -> Result<Shape, Diagn
     shape(s, g, 0, loss, |P| floor_support(P, &scale)).ok_or_else(|| no_invariant_set(s, g, "Sigma_i").into())
 }
 
-/// Normals on which an invariant set exists: the needed directions, then times powers of F_ii until one does (for a
-/// Schur matrix some power contracts, so this ends), then without those that are not worth their facets.
+/// Normals on which an invariant set exists: the needed directions, then times powers of F_ii, then with the modes of
+/// F_ii, which always admit one where F_ii can be diagonalised; then without those that are not worth their facets.
 fn shape(
     s: &Subsystem,
     g: &SubsystemGains,
@@ -253,8 +257,9 @@ fn shape(
     r: impl Fn(&DMatrix<f64>) -> DVector<f64>,
 ) -> Option<Shape> {
     let needed = needed_directions(s, g);
-    for powers in (fewest..).take_while(|&powers| powers <= fewest + MOST_POWERS) {
-        let P = normals(&needed, &g.F, powers);
+    let by_powers = (fewest..=fewest + MOST_POWERS).map(|powers| normals(&needed, &g.F, powers));
+    let by_modes = std::iter::once_with(|| normals(&stack(&[&needed, &modal_normals(&g.F)]), &g.F, 0));
+    for P in by_powers.chain(by_modes) {
         if let Some(set) = rpi_on_normals(&P, &g.F, &r(&P)) {
             return Some(fewer_facets(Shape { normals: P, set }, &needed, &g.F, loss, &r));
         }
@@ -262,7 +267,7 @@ fn shape(
     None
 }
 
-const MOST_POWERS: usize = 24;
+const MOST_POWERS: usize = 8;
 
 /// Normals closer than about 1e-4 rad count as one: two of them would only cost accuracy.
 const PARALLEL: f64 = 1e-8;
@@ -420,8 +425,10 @@ impl References {
 }
 
 fn no_steady_state(network: &Network) -> Diagnostic {
-    let mut error =
-        Diagnostic::error("E0304", "the steady states of the references cannot be computed to working accuracy");
+    let mut error = Diagnostic::error(
+        code::STEADY_STATE,
+        "the steady states of the references cannot be computed to working accuracy",
+    );
     for s in &network.subsystems {
         error = error.at(s.places.header.clone(), "one of the subsystems");
     }
@@ -433,16 +440,16 @@ fn no_steady_state(network: &Network) -> Diagnostic {
 }
 
 fn no_invariant_set(s: &Subsystem, g: &SubsystemGains, set: &str) -> Diagnostic {
-    Diagnostic::error("E0302", format!("no invariant set {set} was found for subsystem `{}`", s.name))
+    Diagnostic::error(code::NO_INVARIANT_SET, format!("no invariant set {set} was found for subsystem `{}`", s.name))
         .at(s.places.header.clone(), format!("F_ii has spectral radius {:.6}", g.rho_F))
         .note(format!(
-            "tried as normals: the rows of x, of u through K, of the coupling outputs, and these times up to {MOST_POWERS} powers of F_ii"
+            "tried as normals: the rows of x, of u through K, of the coupling outputs, these times up to {MOST_POWERS} powers of F_ii, and its modes"
         ))
         .help("a faster or better damped local gain helps: a larger Q or a smaller R in `gain-weights`")
 }
 
 fn normals_lose_too_much(network: &Network, radius: f64) -> Diagnostic {
-    let mut error = Diagnostic::error("E0303", "the tubes with few facets do not close the small-gain loop");
+    let mut error = Diagnostic::error(code::FEW_NORMALS, "the tubes with few facets do not close the small-gain loop");
     for s in &network.subsystems {
         error = error.at(s.places.header.clone(), "one of the subsystems");
     }
@@ -456,7 +463,7 @@ fn normals_lose_too_much(network: &Network, radius: f64) -> Diagnostic {
 fn small_gain_fails(network: &Network, S: &DMatrix<f64>, z_offset: &[usize], rho: f64) -> Diagnostic {
     let path = strongest_loop(S, &owners(network, z_offset));
     let names: Vec<&str> = path.iter().map(|&i| network.subsystems[i].name.as_str()).collect();
-    let mut error = Diagnostic::error("E0301", "the subsystems disturb each other too much (Assumption 4)");
+    let mut error = Diagnostic::error(code::SMALL_GAIN, "the subsystems disturb each other too much (Assumption 4)");
     for (&i, &j) in path.iter().zip(path.iter().cycle().skip(1)) {
         if let Some(place) = network.subsystems[i].places.from.get(&j) {
             let (to, from) = (&network.subsystems[i].name, &network.subsystems[j].name);

@@ -102,6 +102,7 @@ pub struct Subsystem {
     pub cover: Vec<Cover>,
     pub cover_place: Option<Place>,
     pub reserve: Option<PerSignal>,
+    pub y_weight: Option<PerSignal>,
     pub from: Vec<Import>,
 }
 

@@ -47,14 +47,11 @@ impl Summary<'_> {
     }
 
     fn assumptions(&self) -> Vec<String> {
-        let Design { network, gains, sets, .. } = self.design;
-        let local = network.subsystems.iter().zip(&gains.subsystems);
-        let local = local.map(|(model, gain)| format!("{} {}", model.name, short(gain.rho_F))).collect::<Vec<_>>();
+        let Design { gains, sets, .. } = self.design;
         vec![
             String::new(),
             "Assumptions: value below 1, and margin".to_owned(),
             below_one("1  spectral radius of A + BK", gains.rho_F),
-            format!("     of A_ii + B_ii K_i alone: {}", local.join(", ")),
             format!("  2  {:<40}{:<10} above 0", "smallest singular value, relative", short(gains.rank_margin)),
             below_one("3  spectral radius of calF", gains.rho_calF),
             below_one("4  small gain: spectral radius of S", sets.rho_small_gain),
@@ -78,6 +75,8 @@ impl Summary<'_> {
         let sizes = &self.design.sizing.subsystems[i];
         let dpc = &self.design.problems.subsystems[i].dpc;
         let mut lines = vec![String::new(), format!("Subsystem {}", model.name)];
+        let rho = self.design.gains.subsystems[i].rho_F;
+        lines.push(item("local loop", &format!("spectral radius {}, margin {}", short(rho), short(1.0 - rho))));
         lines.extend(output_ranges(model, sizes));
         lines.extend(reserves(model, sizes));
         lines.push(item("facets", &format!("E {}, Sigma {}", sizes.E.facets(), sizes.Sigma.facets())));

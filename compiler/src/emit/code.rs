@@ -65,11 +65,7 @@ fn imports(node: &Node) -> Vec<TokenStream> {
     names.extend((sizes.ns + sizes.nq > 0).then_some("StageRow"));
     names.sort_unstable();
     let names = names.iter().map(|name| format_ident!("{name}"));
-    vec![
-        quote! { use dpc_runtime::StartError; },
-        quote! { use dpc_runtime::linear::times; },
-        quote! { use dpc_runtime::tables::{#(#names),*}; },
-    ]
+    vec![quote! { use dpc_runtime::StartError; }, quote! { use dpc_runtime::tables::{#(#names),*}; }]
 }
 
 fn version() -> TokenStream {
@@ -200,8 +196,8 @@ fn start() -> [TokenStream; 2] {
             /// The state and input that this subsystem rests at when the outputs of the whole network rest at
             /// `outputs`, in the order of the columns of [`STEADY_X`].
             pub fn steady_state(outputs: &[f64; NETWORK_NY]) -> SteadyState {
-                let (x, u) = (times(&STEADY_X, outputs), times(&STEADY_U, outputs));
-                SteadyState { x, u }
+                let at_rest = |row: &[f64; NETWORK_NY]| row.iter().zip(outputs).map(|(a, y)| a * y).sum();
+                SteadyState { x: STEADY_X.each_ref().map(at_rest), u: STEADY_U.each_ref().map(at_rest) }
             }
         },
         quote! {

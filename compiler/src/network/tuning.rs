@@ -6,7 +6,7 @@ use super::roster::Member;
 use super::rows::hstack;
 use super::shape::{Shape, Side, vector};
 use super::weights::{Weighing, rounded, smallest_eigenvalue};
-use super::words::number;
+use super::words::{names, number};
 use super::{GainWishes, NamedPolytope, Signal};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::spec::{At, Cover, Matrix, PerSignal, RiccatiWeights, Spec, Subsystem};
@@ -199,19 +199,42 @@ pub(super) fn reserve(
     coupling_outputs: &[String],
     errors: &mut Diagnostics,
 ) -> Option<Vec<f64>> {
-    let nz = coupling_outputs.len();
-    let reserve = match given {
-        None => return Some(vec![0.0; nz]),
-        Some(PerSignal::Every(every)) => vec![every.clone(); nz],
-        Some(PerSignal::Each(each)) => {
-            let reason = if nz == 0 { "nobody reads this subsystem".into() } else { coupling_outputs.join("; ") };
-            let reason = format!("one per coupling output: {reason}");
-            vector(&format!("`reserve` of subsystem `{}`", member.name), each, nz, &reason, errors)?;
-            each.value.clone()
-        }
+    let signals = if coupling_outputs.is_empty() { "nobody reads this subsystem".into() } else { coupling_outputs.join("; ") };
+    let reason = format!("one per coupling output: {signals}");
+    let Some(reserve) = per_signal("reserve", given, member, coupling_outputs.len(), &reason, errors)? else {
+        return Some(vec![0.0; coupling_outputs.len()]);
     };
     let fits: Vec<_> = reserve.iter().map(|one| check_reserve(one, member, errors)).collect();
     fits.into_iter().collect()
+}
+
+/// `y-weight` per output; 1 where the file leaves it out.
+pub(super) fn y_weights(given: &Option<PerSignal>, member: &Member, errors: &mut Diagnostics) -> Option<Vec<f64>> {
+    let reason = format!("one per output: {}", names(&member.outputs));
+    let Some(weights) = per_signal("y-weight", given, member, member.outputs.len(), &reason, errors)? else {
+        return Some(vec![1.0; member.outputs.len()]);
+    };
+    let fits: Vec<_> = weights.iter().map(|one| check_y_weight(one, member, errors)).collect();
+    fits.into_iter().collect()
+}
+
+/// One value per signal, from one for all or a list; `Some(None)` where the file says nothing.
+fn per_signal(
+    key: &str,
+    given: &Option<PerSignal>,
+    member: &Member,
+    count: usize,
+    reason: &str,
+    errors: &mut Diagnostics,
+) -> Option<Option<Vec<At<f64>>>> {
+    match given {
+        None => Some(None),
+        Some(PerSignal::Every(every)) => Some(Some(vec![every.clone(); count])),
+        Some(PerSignal::Each(each)) => {
+            vector(&format!("`{key}` of subsystem `{}`", member.name), each, count, reason, errors)?;
+            Some(Some(each.value.clone()))
+        }
+    }
 }
 
 fn check_reserve(reserve: &At<f64>, member: &Member, errors: &mut Diagnostics) -> Option<f64> {
@@ -223,4 +246,14 @@ fn check_reserve(reserve: &At<f64>, member: &Member, errors: &mut Diagnostics) -
         errors.push(error.at(reserve.place.clone(), label));
     }
     fits.then_some(reserve.value)
+}
+
+fn check_y_weight(weight: &At<f64>, member: &Member, errors: &mut Diagnostics) -> Option<f64> {
+    let fits = weight.value > 0.0 && weight.value.is_finite();
+    if !fits {
+        let error =
+            Diagnostic::error(code::OUT_OF_RANGE, format!("`y-weight` of subsystem `{}` is out of range", member.name));
+        errors.push(error.at(weight.place.clone(), format!("{}, expected a number above 0", number(weight.value))));
+    }
+    fits.then_some(weight.value)
 }

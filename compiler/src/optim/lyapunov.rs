@@ -23,20 +23,38 @@ pub fn lyapunov(F: &DMatrix<f64>, M: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     None
 }
 
-/// Largest modulus of the eigenvalues of F; 0 for an empty matrix, infinite where the eigenvalues do not converge.
+/// Largest modulus of the eigenvalues of F; 0 for an empty matrix.
 pub fn spectral_radius(F: &DMatrix<f64>) -> f64 {
-    eigenvalues(F).iter().fold(0.0, |radius, (re, im)| radius.max(re.hypot(*im)))
+    match eigenvalues(F) {
+        Some(eigenvalues) => eigenvalues.iter().fold(0.0, |radius, (re, im)| radius.max(re.hypot(*im))),
+        None => radius_by_squaring(F),
+    }
 }
 
-/// Eigenvalues as (real, imaginary) parts; a single infinity where the iteration does not converge.
-pub fn eigenvalues(F: &DMatrix<f64>) -> Vec<(f64, f64)> {
+/// Eigenvalues as (real, imaginary) parts; `None` where the iteration does not converge, as can happen with many equal
+/// eigenvalues.
+pub fn eigenvalues(F: &DMatrix<f64>) -> Option<Vec<(f64, f64)>> {
     if F.is_empty() {
-        return Vec::new();
+        return Some(Vec::new());
     }
-    match Schur::try_new(F.clone(), f64::EPSILON, 10_000) {
-        Some(schur) => schur.complex_eigenvalues().iter().map(|e| (e.re, e.im)).collect(),
-        None => vec![(f64::INFINITY, 0.0)],
+    let schur = [1.0, 1e3].into_iter().find_map(|loose| Schur::try_new(F.clone(), loose * f64::EPSILON, 1000));
+    schur.map(|schur| schur.complex_eigenvalues().iter().map(|e| (e.re, e.im)).collect())
+}
+
+/// Gelfand's formula: |F^(2^k)|^(1/2^k) with F scaled after every squaring, so that only its logarithm grows.
+fn radius_by_squaring(F: &DMatrix<f64>) -> f64 {
+    let (mut power, mut logarithm, mut weight) = (F.clone(), 0.0, 1.0);
+    for _ in 0..60 {
+        let size = power.norm();
+        if size == 0.0 || !size.is_finite() {
+            return if size == 0.0 { 0.0 } else { f64::INFINITY };
+        }
+        logarithm += weight * size.ln();
+        power /= size;
+        power = &power * &power;
+        weight *= 0.5;
     }
+    f64::exp(logarithm)
 }
 
 /// A norm |x|_P = sqrt(x'Px) in which F contracts: |F x|_P <= lambda |x|_P, lambda < 1.
@@ -97,6 +115,14 @@ mod tests {
     fn radius_of_a_rotation_is_its_scale() {
         let F = DMatrix::from_row_slice(2, 2, &[0.0, -0.9, 0.9, 0.0]);
         assert!((spectral_radius(&F) - 0.9).abs() < 1e-12);
+    }
+
+    #[test]
+    fn squaring_gives_the_same_radius() {
+        let F = DMatrix::from_row_slice(3, 3, &[0.9, 5.0, 0.1, 0.0, 0.95, -2.0, 0.1, 0.0, 0.3]);
+        assert!((radius_by_squaring(&F) - spectral_radius(&F)).abs() < 1e-9);
+        let many_equal = DMatrix::from_diagonal_element(9, 9, 0.5);
+        assert!((spectral_radius(&many_equal) - 0.5).abs() < 1e-12);
     }
 
     #[test]

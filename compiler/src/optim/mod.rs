@@ -3,5 +3,6 @@
 pub mod conic;
 pub mod lp;
 pub mod lyapunov;
+pub mod modes;
 pub mod riccati;
 pub mod rounding;

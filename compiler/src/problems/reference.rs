@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, code};
 use crate::network::{Network, Norm, Subsystem};
 use crate::sizing::SubsystemSizing;
 
@@ -98,7 +98,7 @@ fn signs(p: usize) -> DMatrix<f64> {
 }
 
 fn too_many_outputs(network: &Network, s: &Subsystem) -> Diagnostic {
-    Diagnostic::error("E0503", format!("norm = 1 with {} outputs in subsystem `{}`", s.p(), s.name))
+    Diagnostic::error(code::TOO_MANY_OUTPUTS, format!("norm = 1 with {} outputs in subsystem `{}`", s.p(), s.name))
         .at(network.places.epsilon.clone().unwrap_or_else(|| s.places.header.clone()), "the rate limit of (30)")
         .note(format!(
             "the 1-norm ball has 2^p facets, at most {MOST_OUTPUTS} outputs per subsystem are supported with it"

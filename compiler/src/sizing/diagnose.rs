@@ -2,7 +2,7 @@
 
 use super::Context;
 use super::program::{Asks, Goal, Program};
-use crate::diagnostic::{Diagnostic, Diagnostics, Place};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, code};
 use crate::optim::conic::Answer;
 
 /// Drops the wishes one after the other and says which one was too much, with the largest value that is not.
@@ -26,7 +26,7 @@ pub fn no_point(context: &Context, program: &Program, answer: Answer) -> Diagnos
 /// The normals were chosen so that every needed direction has a multiplier: only conditioning can take it away.
 pub fn no_proof(context: &Context, i: usize) -> Diagnostic {
     let s = &context.network.subsystems[i];
-    Diagnostic::error("E0404", format!("the sets of subsystem `{}` are too badly scaled to be sized", s.name))
+    Diagnostic::error(code::NOT_SIZED, format!("the sets of subsystem `{}` are too badly scaled to be sized", s.name))
         .at(s.places.header.clone(), "no multiplier reaches working accuracy")
         .note("a row of x, of u through K, or of the coupling outputs has no accurate bound on the chosen normals")
         .help("scale the units of states and inputs so that their ranges lie between 0.01 and 100")
@@ -65,7 +65,7 @@ fn inside(value: f64) -> f64 {
 
 fn epsilon_too_large(context: &Context, epsilon: f64, limit: &Limit) -> Diagnostic {
     let place = context.network.places.epsilon.clone().unwrap_or_default();
-    let mut error = Diagnostic::error("E0401", format!("epsilon = {epsilon} leaves no set-point at all"))
+    let mut error = Diagnostic::error(code::EPSILON, format!("epsilon = {epsilon} leaves no set-point at all"))
         .at(place, "references may move this far in one step, in every direction, for ever");
     for (i, s) in context.network.subsystems.iter().enumerate() {
         let sets = &context.sets.subsystems[i];
@@ -92,7 +92,7 @@ fn emptied(subsystem: &str, row: &str, room: f64, taken: f64) -> String {
 }
 
 fn reserve_too_large(context: &Context, limit: &Limit) -> Diagnostic {
-    let mut error = Diagnostic::error("E0402", "the reserve is larger than the constraints allow");
+    let mut error = Diagnostic::error(code::RESERVE_TOO_LARGE, "the reserve is larger than the constraints allow");
     for s in context.network.subsystems.iter().filter(|s| s.reserve.iter().any(|r| *r > 0.0)) {
         error = error.at(s.places.or_header(&s.places.reserve), "wanted half-width of Delta^z");
     }
@@ -102,7 +102,7 @@ fn reserve_too_large(context: &Context, limit: &Limit) -> Diagnostic {
 }
 
 fn cover_too_large(context: &Context, limit: &Limit) -> Diagnostic {
-    let mut error = Diagnostic::error("E0403", "the set-points to cover cannot all be held");
+    let mut error = Diagnostic::error(code::COVER_TOO_LARGE, "the set-points to cover cannot all be held");
     for s in context.network.subsystems.iter().filter(|s| s.cover.iter().any(Option::is_some)) {
         error =
             error.at(s.places.or_header(&s.places.cover), format!("{:.1} % of this is possible", 100.0 * limit.value));
@@ -127,7 +127,7 @@ fn not_solved(context: &Context, answer: &Answer) -> Diagnostic {
         Some(place) => vec![place.clone()],
         None => context.network.subsystems.iter().map(|s| s.places.header.clone()).collect(),
     };
-    let error = Diagnostic::error("E0404", "the sizes of the sets could not be chosen");
+    let error = Diagnostic::error(code::NOT_SIZED, "the sizes of the sets could not be chosen");
     places
         .into_iter()
         .fold(error, |error, place| error.at(place, "sized here"))

@@ -313,9 +313,9 @@ impl Program {
 
     fn wishes(&mut self, context: &Context) {
         let wishes = &context.network.wishes;
-        for v in self.variables.clone() {
-            for (max, min) in v.y_max.zip(v.y_min) {
-                self.log(wishes.y_weight, [(max, 1.0), (min, 1.0)]);
+        for (v, s) in self.variables.clone().into_iter().zip(&context.network.subsystems) {
+            for ((max, min), weight) in v.y_max.zip(v.y_min).zip(&s.y_weights) {
+                self.log(wishes.y_weight * weight, [(max, 1.0), (min, 1.0)]);
             }
             v.dz.for_each(|dz| self.log(wishes.reserve_weight, [(dz, 1.0)]));
             v.upset.for_each(|upset| self.log(wishes.terminal_weight, [(upset, 1.0)]));

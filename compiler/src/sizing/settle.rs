@@ -2,13 +2,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::program::{Program, TUBE_MARGIN};
-use super::verify::{Tightening, taken};
+use super::program::{MARGIN, Program, TUBE_MARGIN};
+use super::verify::{Bounds, Tightening, taken, terminal_rows};
 use super::{Context, Sizing, SubsystemSizing};
-use crate::convex::{Box, Polytope, Strips};
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::convex::{Box, Multiplier, Polytope, Strips};
+use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::optim::rounding::{down_to_digits, to_digits, up_to_digits};
-use crate::sets::{ReferenceShare, floor_support, import_gain};
+use crate::sets::{ReferenceShare, closed_loop_z, floor_support, import_gain};
 
 /// Digits of what the solver chose (epsilon, Y_i, Delta_i^z): its own accuracy, and pleasant to read.
 const CHOSEN: usize = 6;
@@ -27,6 +27,7 @@ pub fn settle(context: &Context, program: &Program, point: &[f64]) -> Result<Siz
         subsystems.push(subsystem(context, program, point, i, q, zeta, dz));
     }
     let mut sizing = Sizing { epsilon, subsystems, l_tilde: Vec::new(), slacks: Vec::new(), trade: Vec::new() };
+    fit_outputs(context, program, &mut sizing);
     for (i, sets) in context.sets.subsystems.iter().enumerate() {
         let taken = |shares: &[ReferenceShare]| shares.iter().map(|share| taken(&sizing, share)).collect();
         let (x_ref, u_ref): (Vec<f64>, Vec<f64>) = (taken(&sets.x_rows), taken(&sets.u_rows));
@@ -100,8 +101,7 @@ fn subsystem(
 ) -> SubsystemSizing {
     let s = &context.network.subsystems[i];
     let E = Strips { P: program.proofs[i].tube_normals.clone(), q };
-    let sigma = program.sigma(point, i).map(|v| to_digits(v, DERIVED));
-    let Sigma = Strips { P: program.proofs[i].terminal_normals.clone(), q: sigma };
+    let Sigma = fitted_terminal(context, program, i, program.sigma(point, i), &dz);
     let tightening = Tightening::new(context, program, i, &E);
     let (max, min) = program.y_ends(point, i);
     // An end that the interior-point solver left at 1e-9 of the width is 0.
@@ -126,6 +126,57 @@ fn subsystem(
     }
 }
 
+/// Sigma_i with what the solver's tolerance left of (24) and (25a) made good.
+fn fitted_terminal(context: &Context, program: &Program, i: usize, sigma: DVector<f64>, dz: &DVector<f64>) -> Strips {
+    let (proofs, normals) = (&program.proofs[i], &program.proofs[i].terminal_normals);
+    let (s, g) = (&context.network.subsystems[i], &context.gains.subsystems[i]);
+    let set = Strips { P: normals.clone(), q: invariant(&proofs.terminal, sigma).map(|v| to_digits(v, DERIVED)) };
+    let taken = Bounds::new(&set).all(&proofs.terminal_z, &closed_loop_z(s, g));
+    let fits = dz.iter().zip(&taken).map(|(dz, taken)| dz / taken * (1.0 - 1e-9)).fold(1.0, f64::min);
+    Strips { q: set.q.map(|v| to_digits(v * fits, DERIVED)), ..set }
+}
+
+/// sigma, raised where |Lambda| sigma <= sigma fails by c: |Lambda| v = v - 1 for v = (I - |Lambda|)^-1 1, so that
+/// sigma + c v holds.
+fn invariant(proofs: &[Multiplier], sigma: DVector<f64>) -> DVector<f64> {
+    let abs = DMatrix::from_fn(proofs.len(), proofs.len(), |r, k| proofs[r].mu[k].abs());
+    let lacking = (&abs * &sigma - &sigma * (1.0 - 0.5 * MARGIN)).max();
+    let one = DVector::from_element(proofs.len(), 1.0);
+    match (DMatrix::identity(proofs.len(), proofs.len()) - abs).lu().solve(&one) {
+        Some(v) if lacking > 0.0 && v.min() > 0.0 => sigma + v * (lacking * (1.0 + 1e-9)),
+        _ => sigma,
+    }
+}
+
+/// Shrinks all Y_i by one factor, next to 1, where the solver's tolerance let them grow past a row of (25b).
+fn fit_outputs(context: &Context, program: &Program, sizing: &mut Sizing) {
+    let mut fits: f64 = 1.0;
+    for (i, sets) in context.sets.subsystems.iter().enumerate() {
+        let sized = &sizing.subsystems[i];
+        let (of_x, of_u) = terminal_rows(context, &program.proofs[i], i, &sized.Sigma);
+        let x = sets.x_rows.iter().zip(&sized.X_nom.h).zip(&of_x);
+        let u = sets.u_rows.iter().zip(&sized.U_nom.h).zip(&of_u);
+        for ((share, room), terminal) in x.chain(u) {
+            let rate = sizing.epsilon * share.rate;
+            let steady = taken(sizing, share) - rate;
+            if steady > 0.0 {
+                fits = fits.min((room - terminal - rate) / steady);
+            }
+        }
+    }
+    if fits >= 1.0 {
+        return;
+    }
+    for (s, sized) in context.network.subsystems.iter().zip(&mut sizing.subsystems) {
+        for k in 0..s.p() {
+            let (low, high) = s.cover[k].unwrap_or((0.0, 0.0));
+            let end = |value: f64, wanted: f64| down_to_digits(value * fits.max(0.0), DERIVED).max(wanted);
+            sized.Y.max[k] = end(sized.Y.max[k], high);
+            sized.Y.min[k] = 0.0 - end(-sized.Y.min[k], -low);
+        }
+    }
+}
+
 /// (26), rounded down.
 fn l_tilde(context: &Context, sizing: &Sizing) -> Vec<f64> {
     let constraints = context.network.coupling_constraints.iter().zip(&context.sets.coupling);
@@ -144,7 +195,7 @@ fn l_tilde(context: &Context, sizing: &Sizing) -> Vec<f64> {
 }
 
 fn loop_does_not_close(context: &Context) -> Diagnostic {
-    let mut error = Diagnostic::error("E0405", "the sizes of E_i and Z_i do not close to working accuracy");
+    let mut error = Diagnostic::error(code::LOST_SLACK, "the sizes of E_i and Z_i do not close to working accuracy");
     for s in &context.network.subsystems {
         error = error.at(s.places.header.clone(), "one of the subsystems");
     }

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::program::Program;
 use super::{Context, Proofs, Sizing, Slack, SubsystemSizing};
 use crate::convex::{Multiplier, Strips};
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::optim::rounding::sum_upper;
 use crate::sets::{ReferenceShare, closed_loop_z, floor_support, import_gain};
 
@@ -29,13 +29,13 @@ impl Tightening {
 }
 
 /// A set and its hull: what rigorous support bounds need.
-struct Bounds<'a> {
+pub struct Bounds<'a> {
     set: &'a Strips,
     hull: DVector<f64>,
 }
 
 impl<'a> Bounds<'a> {
-    fn new(set: &'a Strips) -> Self {
+    pub fn new(set: &'a Strips) -> Self {
         Self { set, hull: set.hull() }
     }
 
@@ -45,7 +45,7 @@ impl<'a> Bounds<'a> {
         sum_upper([proof.bound(&self.set.q, &self.hull), formed])
     }
 
-    fn all(&self, proofs: &[Multiplier], D: &DMatrix<f64>) -> Vec<f64> {
+    pub fn all(&self, proofs: &[Multiplier], D: &DMatrix<f64>) -> Vec<f64> {
         proofs.iter().zip(D.row_iter()).map(|(proof, d)| self.support(proof, d.iter().copied())).collect()
     }
 }
@@ -83,7 +83,7 @@ impl Inclusions<'_> {
         let (tube, terminal) = (Bounds::new(&sized.E), Bounds::new(&sized.Sigma));
         self.invariance(&tube, &terminal);
         self.coupling_outputs(&tube, &terminal);
-        self.references(&terminal, sized);
+        self.references(sized);
         for (k, output) in self.context.network.subsystems[self.i].outputs.iter().enumerate() {
             self.record("(31)", format!("Y of {}", output.name), sized.Y.max[k] - sized.Y.min[k]);
         }
@@ -127,11 +127,9 @@ impl Inclusions<'_> {
     }
 
     /// (25b), against the tightened sets.
-    fn references(&mut self, terminal: &Bounds, sized: &SubsystemSizing) {
+    fn references(&mut self, sized: &SubsystemSizing) {
         let s = &self.context.network.subsystems[self.i];
-        let on_u = &s.U.H * &self.context.gains.subsystems[self.i].K;
-        let of_x = terminal.all(&self.proofs.terminal_x, &s.X.H);
-        let of_u = terminal.all(&self.proofs.terminal_u, &on_u);
+        let (of_x, of_u) = terminal_rows(self.context, self.proofs, self.i, &sized.Sigma);
         for (r, name) in s.X.rows.iter().enumerate() {
             self.record("(25b)", name.clone(), sized.X_nom.h[r] - sum_upper([sized.x_ref[r], of_x[r]]));
         }
@@ -146,6 +144,13 @@ impl Inclusions<'_> {
     }
 }
 
+/// Upper bounds of the support of Sigma_i in the rows of X_i, and of U_i through K_i.
+pub fn terminal_rows(context: &Context, proofs: &Proofs, i: usize, Sigma: &Strips) -> (Vec<f64>, Vec<f64>) {
+    let (s, g) = (&context.network.subsystems[i], &context.gains.subsystems[i]);
+    let set = Bounds::new(Sigma);
+    (set.all(&proofs.terminal_x, &s.X.H), set.all(&proofs.terminal_u, &(&s.U.H * &g.K)))
+}
+
 /// Upper bound of a row on the references: support of the steady states over the product of Y_j, plus Delta^chi.
 pub fn taken(sizing: &Sizing, share: &ReferenceShare) -> f64 {
     let ends = sizing.subsystems.iter().flat_map(|s| s.Y.max.iter().zip(s.Y.min.iter()));
@@ -157,7 +162,8 @@ pub fn taken(sizing: &Sizing, share: &ReferenceShare) -> f64 {
 }
 
 fn lost(context: &Context, slack: &Slack) -> Diagnostic {
-    let mut error = Diagnostic::error("E0405", format!("{} does not survive rounding: {}", slack.equation, slack.what));
+    let mut error =
+        Diagnostic::error(code::LOST_SLACK, format!("{} does not survive rounding: {}", slack.equation, slack.what));
     for s in &context.network.subsystems {
         error = error.at(s.places.header.clone(), "one of the subsystems");
     }

@@ -125,13 +125,13 @@ fn subsystem(name: At<String>, value: &Value<'_>, errors: &mut Diagnostics) -> O
     let reference_weights = table.optional("reference-weights", errors, reference_weights).unwrap_or_default();
     let cover = table.optional("cover", errors, cover).unwrap_or_default();
     let cover_place = table.key_place("cover");
-    let reserve = table.optional("reserve", errors, per_signal);
+    let [reserve, y_weight] = ["reserve", "y-weight"].map(|key| table.optional(key, errors, per_signal));
     let from = table.optional("from", errors, |from, errors| neighbours(&name.value, from, errors)).unwrap_or_default();
     table.refuse_unknown(errors);
     #[rustfmt::skip]
     let subsystem = Subsystem {
         name, states: states?, inputs: inputs?, outputs: outputs?, A, B, C, E, Cz, Dz, x, u, Q, R, T, K, Kx, Ke,
-        gain_weights, reference_weights, cover, cover_place, reserve, from,
+        gain_weights, reference_weights, cover, cover_place, reserve, y_weight, from,
     };
     Some(subsystem)
 }

@@ -113,7 +113,7 @@ fn interior_point<const NB: usize>(
 /// Random walks: every answer agrees with the interior-point method's, is at least as good, and violates nothing.
 fn walk<const NB: usize>(seed: u64, rate: [[f64; 2]; NB], norm: impl Fn(&[f64; 2]) -> f64) {
     let mut random = Random::new(seed);
-    for _ in 0..60 {
+    for _ in 0..25 {
         let layer = nearest(random.between(0.0, 3.0), rate);
         let mut y = [0.0, 0.0];
         for _ in 0..25 {

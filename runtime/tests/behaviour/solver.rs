@@ -259,7 +259,7 @@ fn agrees_with_enumeration() {
 fn agrees_with_an_interior_point_method() {
     let mut random = Random::new(4);
     let (mut compared, mut active) = (0, 0);
-    for _ in 0..4000 {
+    for _ in 0..1500 {
         let problem = ordinary::<5>(&mut random, 25);
         let (solver, outcome) = cold(&problem);
         assert!(matches!(outcome, Outcome::Optimal { .. }), "{outcome:?}");
@@ -270,14 +270,14 @@ fn agrees_with_an_interior_point_method() {
             assert_close(solver.w(), &reference, 1e-8);
         }
     }
-    println!("{compared} of 4000 compared, {active} with active rows");
-    assert!(compared > 3900 && active > 2500, "{compared} compared, {active} active");
+    println!("{compared} of 1500 compared, {active} with active rows");
+    assert!(compared > 1490 && active > 1000, "{compared} compared, {active} active");
 }
 
 #[test]
 fn solves_larger_problems() {
-    sweep::<12>(5, 1000, 60, |_, _| ());
-    sweep::<30>(6, 150, 200, |_, _| ());
+    sweep::<12>(5, 400, 60, |_, _| ());
+    sweep::<30>(6, 60, 200, |_, _| ());
 }
 
 /// Rows that all pass through one point, many more than there are unknowns.

@@ -1,0 +1,123 @@
+//! Does the command keep its promises: exit codes, files, and nothing written where anything is wrong?
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const GOOD: &str = include_str!("../../examples/four_tank/system.toml");
+
+#[test]
+fn a_good_file_is_designed_written_and_summarised() {
+    let folder = Folder::new("good");
+    fs::write(folder.0.join("system.toml"), GOOD).unwrap();
+    let first = folder.run(&["system.toml", "--design", "deep/design.json"]);
+    assert_eq!(first.status.code(), Some(0), "{}", stderr(&first));
+    assert_eq!(folder.files("generated/four_tank"), ["left.rs", "mod.rs", "right.rs"]);
+    assert_eq!(folder.files("deep"), ["design.json"]);
+    let summary = stdout(&first);
+    let longest = summary.lines().map(|line| line.chars().count()).max();
+    assert!(longest <= Some(100), "{longest:?}: {summary}");
+    for word in ["small gain", "eps", "h1 from", "facets", "inequalities", "bytes", "(25b)", "Sizing", "Written"] {
+        assert!(summary.contains(word), "no {word} in {summary}");
+    }
+}
+
+#[test]
+fn the_second_run_changes_nothing() {
+    let folder = Folder::new("again");
+    fs::write(folder.0.join("system.toml"), GOOD).unwrap();
+    let date = |folder: &Folder| fs::metadata(folder.0.join("out/left.rs")).unwrap().modified().unwrap();
+    folder.run(&["system.toml", "--out", "out"]);
+    let before = date(&folder);
+    let second = folder.run(&["system.toml", "--out", "out"]);
+    assert_eq!(stdout(&second).matches("Unchanged").count(), 3, "{}", stdout(&second));
+    assert_eq!(before, date(&folder));
+}
+
+#[test]
+fn a_mistake_is_shown_and_nothing_is_written_or_overwritten() {
+    let folder = Folder::new("mistake");
+    fs::create_dir_all(folder.0.join("out")).unwrap();
+    fs::write(folder.0.join("out/left.rs"), "precious").unwrap();
+    fs::write(folder.0.join("system.toml"), GOOD.replace("B = [[0.0417], [0.0156]]", "B = [[0.0417]]")).unwrap();
+    let output = folder.run(&["system.toml", "--out", "out", "--design", "out/design.json"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).starts_with("error[E0"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("system.toml:"), "{}", stderr(&output));
+    assert_eq!(stdout(&output), "");
+    assert_eq!(folder.files("out"), ["left.rs"]);
+    assert_eq!(fs::read_to_string(folder.0.join("out/left.rs")).unwrap(), "precious");
+}
+
+#[test]
+fn a_network_without_a_design_writes_nothing_either() {
+    let folder = Folder::new("no-design");
+    fs::write(folder.0.join("system.toml"), GOOD.replace("epsilon = 0.02", "epsilon = 2.0")).unwrap();
+    let output = folder.run(&["system.toml"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).starts_with("error[E0"), "{}", stderr(&output));
+    assert_eq!(folder.files("."), ["system.toml"]);
+}
+
+#[test]
+fn a_file_that_cannot_be_read_or_written_is_named() {
+    let folder = Folder::new("unreadable");
+    let output = folder.run(&["missing.toml"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("cannot read missing.toml"), "{}", stderr(&output));
+
+    fs::write(folder.0.join("system.toml"), GOOD).unwrap();
+    let output = folder.run(&["system.toml", "--out", "system.toml/inside"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("cannot write system.toml/inside"), "{}", stderr(&output));
+    assert_eq!(fs::read_to_string(folder.0.join("system.toml")).unwrap(), GOOD);
+}
+
+#[test]
+fn controllers_and_design_are_written_together_or_not_at_all() {
+    let folder = Folder::new("together");
+    fs::write(folder.0.join("system.toml"), GOOD).unwrap();
+    let output = folder.run(&["system.toml", "--out", "out", "--design", "system.toml/design.json"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(!folder.0.join("out/left.rs").exists() && !folder.0.join("out/mod.rs").exists());
+}
+
+#[test]
+fn a_wrong_call_is_a_usage_error() {
+    let folder = Folder::new("usage");
+    assert_eq!(folder.run(&[]).status.code(), Some(2));
+    assert_eq!(folder.run(&["system.toml", "--no-such-option"]).status.code(), Some(2));
+    assert_eq!(folder.run(&["--help"]).status.code(), Some(0));
+}
+
+/// A folder to run in, empty at first.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder).unwrap();
+        Self(folder)
+    }
+
+    fn run(&self, arguments: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_dpc-codegen")).args(arguments).current_dir(&self.0).output().unwrap()
+    }
+
+    fn files(&self, folder: &str) -> Vec<String> {
+        let entries = fs::read_dir(self.0.join(folder)).unwrap();
+        let mut names: Vec<_> =
+            entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}

@@ -1,0 +1,326 @@
+// Controller of subsystem `right` of network `four-tank`.
+//
+// Written by dpc-codegen 0.1.0 from system.toml; do not edit. To make it again:
+//
+//     dpc-codegen system.toml --out four_tank
+//
+// Fits dpc-runtime 0.1. Numbers are in the units of system.toml, as deviations from its operating point.
+
+use dpc_runtime::StartError;
+use dpc_runtime::tables::{Clamp, DpcProblem, Link, Model, StageRow, Tables};
+
+const _: () = assert!(dpc_runtime::fits(0, 1), "made for dpc-runtime 0.1");
+
+/// States.
+pub const NX: usize = 2;
+/// Inputs.
+pub const NU: usize = 1;
+/// Outputs.
+pub const NY: usize = 1;
+/// Coupling outputs.
+pub const NZ: usize = 1;
+/// Neighbours that this subsystem hears.
+pub const NB: usize = 1;
+/// Imported coupling outputs.
+pub const NI: usize = 1;
+/// Imported outputs, for coupling constraints.
+pub const NJ: usize = 0;
+/// Coupling constraints on this subsystem.
+pub const NC: usize = 0;
+/// Horizon, in steps.
+pub const N: usize = 3;
+/// Unknowns of the i-DPC problem.
+pub const NV: usize = 5;
+/// Rows of the i-DPC problem, of which:
+pub const NR: usize = 13;
+/// tube rows (35a),
+pub const NT: usize = 2;
+/// state rows (35c),
+pub const NS: usize = 6;
+/// input rows (35d).
+pub const NQ: usize = 3;
+/// Outputs of the whole network.
+pub const NETWORK_NY: usize = 2;
+
+/// Seconds per step.
+pub const SAMPLE_TIME: f64 = 0.5;
+/// As the user wrote it.
+pub const NAME: &str = "right";
+/// Names of the states, with units.
+pub const STATES: [&str; NX] = ["h3 [cm]", "h4 [cm]"];
+/// Names of the inputs, with units.
+pub const INPUTS: [&str; NU] = ["v2 [V]"];
+/// Names of the outputs, with units.
+pub const OUTPUTS: [&str; NY] = ["h3 [cm]"];
+/// What the neighbours hear.
+pub const COUPLING_OUTPUTS: [&str; NZ] = ["0.0206 h4 + 0.000247 v2"];
+
+/// Reference-output layer (28)-(31).
+pub type Reference = Clamp<NY, NC>;
+/// Type of [`TABLES`].
+pub type Parts = Tables<Reference, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>;
+/// What this node remembers from step to step.
+pub type Controller = dpc_runtime::Controller<'static, Reference, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>;
+/// Collects the neighbours' messages between two steps.
+pub type Inbox = dpc_runtime::Inbox<NI, NJ, NB>;
+/// What the neighbours hear, once per step.
+pub type Message = dpc_runtime::Message<NY, NZ>;
+/// What a step gives.
+pub type Step = dpc_runtime::Step<NX, NU, NY, NZ, NB>;
+/// A state and an input to start from.
+pub type SteadyState = dpc_runtime::SteadyState<NX, NU>;
+
+/// Where the messages of `left` go: `0.0165 h2 + 0.00013 v1`.
+pub const FROM_LEFT: Link<1, 1> = Link {
+    slot: 0,
+    z: Some(0),
+    y: None,
+};
+
+/// The state and input that this subsystem rests at when the outputs of the whole network rest at
+/// `outputs`, in the order of the columns of [`STEADY_X`].
+pub fn steady_state(outputs: &[f64; NETWORK_NY]) -> SteadyState {
+    let at_rest = |row: &[f64; NETWORK_NY]| {
+        row.iter().zip(outputs).map(|(a, y)| a * y).sum()
+    };
+    SteadyState {
+        x: STEADY_X.each_ref().map(at_rest),
+        u: STEADY_U.each_ref().map(at_rest),
+    }
+}
+
+/// A controller whose references rest at `steady`, and its first message to those who hear it.
+///
+/// # Errors
+/// No controller can start there; see [`StartError`].
+pub fn start(steady: &SteadyState) -> Result<(Controller, Message), StartError> {
+    Controller::start(&TABLES, steady)
+}
+
+/// All that the controller of this subsystem is made of; each part says what it is.
+#[rustfmt::skip]
+pub static TABLES: Parts = Tables {
+    // Model (1), (2) and gains.
+    model: Model {
+        // A_ii of (1a): from the states to the next states
+        // columns: h3 [cm], h4 [cm]
+        A: [
+            [0.9945, 0.0], // h3 [cm]
+            [0.0, 0.9793], // h4 [cm]
+        ],
+        // B_ii of (1a): from the inputs to the next states
+        // columns: v2 [V]
+        B: [
+            [0.0311], // h3 [cm]
+            [0.0235], // h4 [cm]
+        ],
+        // C_i of (1b): from the states to the outputs
+        // columns: h3 [cm], h4 [cm]
+        C: [
+            [1.0, 0.0], // h3 [cm]
+        ],
+        // C_zi of (1c): from the states to the coupling outputs
+        // columns: h3 [cm], h4 [cm]
+        Cz: [
+            [0.0, 0.0206], // 0.0206 h4 + 0.000247 v2
+        ],
+        // D_zi of (1c): from the inputs to the coupling outputs
+        // columns: v2 [V]
+        Dz: [
+            [0.000247], // 0.0206 h4 + 0.000247 v2
+        ],
+        // [E_i L_ij ...] of (1a), (2): from the neighbours' coupling outputs to the next states
+        // columns: left: 0.0165 h2 + 0.00013 v1
+        EL: [
+            [1.0], // h3 [cm]
+            [0.0], // h4 [cm]
+        ],
+        // K_i of (17): from x - xhat to the inputs
+        // columns: h3 [cm], h4 [cm]
+        K: [
+            [-0.0261177471, -0.00542952282], // v2 [V]
+        ],
+        // K_i^x of (7f): from xref to uref
+        // columns: h3 [cm], h4 [cm]
+        Kx: [
+            [-4.46656051, -0.0216851133], // v2 [V]
+        ],
+        // K_i^e of (7f): from eref to uref
+        // columns: sum of errors of h3 [cm]
+        Ke: [
+            [0.294791466], // v2 [V]
+        ],
+        // Componentwise hull of U_i: lower ends
+        u_min: [
+            -3.0, // v2 [V]
+        ],
+        // Componentwise hull of U_i: upper ends
+        u_max: [
+            3.0, // v2 [V]
+        ],
+    },
+    // (28): H_h^[i], then H_h^[j] over nothing; l~_h of (26); members
+    coupling: [],
+    // Reference outputs (29)-(31).
+    reference: Clamp {
+        // t / (t + gamma) of (29)
+        weight: [
+            0.9999990000010001, // h3 [cm]
+        ],
+        // Epsilon of (30), per step
+        epsilon: 0.02,
+        // Y_i of (31): lower ends
+        y_min: [
+            -1.0, // h3 [cm]
+        ],
+        // Y_i of (31): upper ends
+        y_max: [
+            4.03714, // h3 [cm]
+        ],
+        // (28): output and coefficient
+        rows: [],
+    },
+    // i-DPC problem (33)-(36), lower <= V w + offset <= upper.
+    problem: DpcProblem {
+        // Rows of unit length in w: (35a), (35c), (35d), (35b), (36)
+        V: [
+            [0.0, -0.9821771033730223, 0.1111776892348874, 0.10852767482581457, 0.10577997363902467], // (35a) x - xhat in E, normal 1
+            [0.8286132656150755, 0.33058779466260063, -0.2639938956209201, -0.26093860495478316, -0.257546177579829], // (35a) x - xhat in E, normal 2
+            [0.9037988388362972, 0.01950404483215461, -0.24933918859521562, -0.24692694039029117, -0.24418088846901065], // h3 >= -12.7 cm at step 0
+            [0.0, 0.9821771033730223, -0.1111776892348874, -0.10852767482581457, -0.10577997363902467], // h4 >= -1.8 cm at step 0
+            [0.9330868328968863, 0.020136081879178386, 0.003359574049294223, -0.25531847523714835, -0.2524771077658292], // h3 >= -12.7 cm at step 1
+            [0.0, 0.9882553423596008, 0.004884313675896634, -0.10937379700246268, -0.10660625829137639], // h4 >= -1.8 cm at step 1
+            [0.9648475871520794, 0.0208214812714745, 0.0034739284716478885, 0.006937694491787554, -0.2618690506733939], // h3 >= -12.7 cm at step 2
+            [0.0, 0.9941343949452282, 0.004913370070245803, 0.009814276923643152, -0.10759341778149861], // h4 >= -1.8 cm at step 2
+            [0.0, 0.0, 0.9999978021520967, -0.001494597486285819, -0.0014703296671752092], // v2 >= -3 V at step 0, v2 <= 3 V at step 0
+            [0.0, 0.0, 0.0, 0.9999956624770825, -0.0029453398820332554], // v2 >= -3 V at step 1, v2 <= 3 V at step 1
+            [0.0, 0.0, 0.0, 0.0, 1.0], // v2 >= -3 V at step 2
+            [0.9996770854031765, 0.021573104382924292, 0.003599331890010403, 0.007188134479808394, 0.01075646873928752], // (36) terminal set, normal 1
+            [0.0, 0.9998299092435946, 0.004941519352305186, 0.009870504084508845, 0.014775219712547236], // (36) terminal set, normal 2
+        ],
+        // Lower limits of the rows
+        lower: [
+            -0.7124241124253549, // (35a) x - xhat in E, normal 1
+            -36.788943219260744, // (35a) x - xhat in E, normal 2
+            -62.28504981915639, // h3 >= -12.7 cm at step 0
+            -7.997757612902693, // h4 >= -1.8 cm at step 0
+            -64.65904868832489, // h3 >= -12.7 cm at step 1
+            -8.21735119870357, // h4 >= -1.8 cm at step 1
+            -67.22970062292269, // h3 >= -12.7 cm at step 2
+            -8.440963513433012, // h4 >= -1.8 cm at step 2
+            -2.872518667321538, // v2 >= -3 V at step 0, v2 <= 3 V at step 0
+            -2.8746297005020476, // v2 >= -3 V at step 1, v2 <= 3 V at step 1
+            -2.8766957207924655, // v2 >= -3 V at step 2
+            -45.11662533121193, // (36) terminal set, normal 1
+            -0.7671789509728887, // (36) terminal set, normal 2
+        ],
+        // Upper limits of the rows
+        upper: [
+            0.7124241124253549, // (35a) x - xhat in E, normal 1
+            36.788943219260744, // (35a) x - xhat in E, normal 2
+            f64::INFINITY, // h3 >= -12.7 cm at step 0
+            f64::INFINITY, // h4 >= -1.8 cm at step 0
+            f64::INFINITY, // h3 >= -12.7 cm at step 1
+            f64::INFINITY, // h4 >= -1.8 cm at step 1
+            f64::INFINITY, // h3 >= -12.7 cm at step 2
+            f64::INFINITY, // h4 >= -1.8 cm at step 2
+            2.872518667321538, // v2 >= -3 V at step 0, v2 <= 3 V at step 0
+            2.8746297005020476, // v2 >= -3 V at step 1, v2 <= 3 V at step 1
+            f64::INFINITY, // v2 >= -3 V at step 2
+            45.11662533121193, // (36) terminal set, normal 1
+            0.7671789509728887, // (36) terminal set, normal 2
+        ],
+        // Offsets of the first rows, over e = x - xref
+        tube: [
+            [0.0, 4.838989847404483], // (35a) x - xhat in E, normal 1
+            [-7.410978104514613, -1.5406411044152593], // (35a) x - xhat in E, normal 2
+        ],
+        // Offsets of the next rows, over xref_{t+k}, k the stage
+        state: [
+            StageRow { stage: 0, row: [8.083425264172682, 0.0] }, // h3 >= -12.7 cm at step 0
+            StageRow { stage: 0, row: [0.0, 4.838989847404483] }, // h4 >= -1.8 cm at step 0
+            StageRow { stage: 1, row: [8.391525562588946, 0.0] }, // h3 >= -12.7 cm at step 1
+            StageRow { stage: 1, row: [0.0, 4.971853480397222] }, // h4 >= -1.8 cm at step 1
+            StageRow { stage: 2, row: [8.72514772157984, 0.0] }, // h3 >= -12.7 cm at step 2
+            StageRow { stage: 2, row: [0.0, 5.107148618497521] }, // h4 >= -1.8 cm at step 2
+        ],
+        // Offsets of the next rows, over uref_{t+k}, k the stage
+        input: [
+            StageRow { stage: 0, row: [1.0007560587541555] }, // v2 >= -3 V at step 0, v2 <= 3 V at step 0
+            StageRow { stage: 1, row: [1.0014915210749613] }, // v2 >= -3 V at step 1, v2 <= 3 V at step 1
+            StageRow { stage: 2, row: [1.0022113013662666] }, // v2 >= -3 V at step 2
+        ],
+        // L^-T of H = L L': (dx_0, du_0, ..., du_{N-1}) = T w
+        T: [
+            [0.1118088940392769, 0.0024128440846234262, -0.030845734381974875, -0.030547315317520106, -0.030207601417590636],
+            [0.0, 0.20297151561494559, -0.022975392125387576, -0.02242775419006638, -0.021859928822905564],
+            [0.0, 0.0, 0.9992423162513722, -0.0014934683364759723, -0.0014692188514008372],
+            [0.0, 0.0, 0.0, 0.9985063691839616, -0.0029409533880744637],
+            [0.0, 0.0, 0.0, 0.0, 0.9977935776983835],
+        ],
+        // Working-set changes before the shifted candidate (47) is used
+        max_iterations: 72,
+    },
+};
+
+/// What each row of the i-DPC problem asks: the rows that a status speaks of.
+#[rustfmt::skip]
+pub static ROWS: [&str; NR] = [
+    "(35a) x - xhat in E, normal 1",
+    "(35a) x - xhat in E, normal 2",
+    "h3 >= -12.7 cm at step 0",
+    "h4 >= -1.8 cm at step 0",
+    "h3 >= -12.7 cm at step 1",
+    "h4 >= -1.8 cm at step 1",
+    "h3 >= -12.7 cm at step 2",
+    "h4 >= -1.8 cm at step 2",
+    "v2 >= -3 V at step 0, v2 <= 3 V at step 0",
+    "v2 >= -3 V at step 1, v2 <= 3 V at step 1",
+    "v2 >= -3 V at step 2",
+    "(36) terminal set, normal 1",
+    "(36) terminal set, normal 2",
+];
+
+/// State at rest, (9), as a linear map of the outputs of the whole network at rest. One row per entry; columns
+/// `left: h1 [cm]`, `right: h3 [cm]`.
+#[rustfmt::skip]
+pub static STEADY_X: [[f64; NETWORK_NY]; NX] = [
+    [0.0, 1.0], // h3 [cm]
+    [-0.1524956272512729, 0.28144939613959724], // h4 [cm]
+];
+
+/// Input at rest, (9), as a linear map of the outputs of the whole network at rest. One row per entry; columns
+/// `left: h1 [cm]`, `right: h3 [cm]`.
+#[rustfmt::skip]
+pub static STEADY_U: [[f64; NETWORK_NY]; NU] = [
+    [-0.1343259354936746, 0.2479150000038155], // v2 [V]
+];
+
+/// E_i of (18): row and width. `|row . (x - xhat)| <= width` at every step.
+#[rustfmt::skip]
+pub static TUBE: [([f64; NX], f64); 2] = [
+    ([0.0, 1.0], 0.14722579193),
+    ([-0.9790677118505792, -0.2035348019668168], 4.8602041392),
+];
+
+/// Z_i of (21): half-widths. `|z - zref|` stays below them, and neighbours rely on it. One per coupling output.
+#[rustfmt::skip]
+pub static Z_WIDTHS: [f64; NZ] = [
+    0.049311221477, // 0.0206 h4 + 0.000247 v2
+];
+
+/// X_i: row and limit, `row . x <= limit`, in the deviations the model is in.
+#[rustfmt::skip]
+pub static STATE_LIMITS: [([f64; NX], f64); 4] = [
+    ([1.0, 0.0], 27.3), // h3 <= 27.3 cm
+    ([-1.0, 0.0], 12.7), // h3 >= -12.7 cm
+    ([0.0, 1.0], 38.2), // h4 <= 38.2 cm
+    ([0.0, -1.0], 1.8), // h4 >= -1.8 cm
+];
+
+/// U_i: row and limit, `row . u <= limit`, in the deviations the model is in.
+#[rustfmt::skip]
+pub static INPUT_LIMITS: [([f64; NU], f64); 2] = [
+    ([1.0], 3.0), // v2 <= 3 V
+    ([-1.0], 3.0), // v2 >= -3 V
+];
