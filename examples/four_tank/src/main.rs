@@ -49,7 +49,7 @@ fn run() -> Result<Vec<String>, Failure> {
     let first = session.single("a1", "linear plant, nominal set-points", &LinearTanks, &nominal)?;
     session.single("a2", "linear plant, y1 = 9 cm asked for", &LinearTanks, &clipping)?;
     session.seeded("b1", "linear plant, deviations at the start", None)?;
-    session.seeded("b2", "linear plant, and again every 25 s", Some(BETWEEN))?;
+    session.seeded("b2", "linear plant, deviations every 25 s", Some(BETWEEN))?;
     session.single("c1", "nonlinear plant, nominal set-points", &nonlinear, &nominal)?;
     session.single("c2", "nonlinear plant, y1 = 9 cm asked for", &nonlinear, &clipping)?;
     if let Some(picture) = picture {
