@@ -9,8 +9,16 @@ use dpc_codegen::emit::Emitted;
 use dpc_codegen::export::design_json;
 use dpc_codegen::summary::Summary;
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() {
     println!("cargo::rerun-if-changed=system.toml");
+    if let Err(message) = compile() {
+        eprintln!("{message}");
+        std::process::exit(1);
+    }
+}
+
+/// One design for the controllers, the summary and `design.json`.
+fn compile() -> Result<(), Box<dyn Error>> {
     let source = read(Path::new("system.toml"))?;
     let design = Design::new(source.clone()).map_err(|mistakes| mistakes.render(&source, false))?;
     let emitted = Emitted::new(&design);

@@ -46,12 +46,12 @@ fn run() -> Result<Vec<String>, Failure> {
     let mut session = Session::new(package.join("out"))?;
     let nonlinear = NonlinearTanks::new(SUBSTEPS);
     let (nominal, clipping) = (Scenario::nominal(), Scenario::clipping());
-    let first = session.from_rest("a1", "linear plant, nominal set-points", &LinearTanks, &nominal)?;
-    session.from_rest("a2", "linear plant, y1 = 9 cm asked for", &LinearTanks, &clipping)?;
+    let first = session.single("a1", "linear plant, nominal set-points", &LinearTanks, &nominal)?;
+    session.single("a2", "linear plant, y1 = 9 cm asked for", &LinearTanks, &clipping)?;
     session.seeded("b1", "linear plant, deviations at the start", None)?;
-    session.seeded("b2", "linear plant, and again every 25 s", Some(BETWEEN))?;
-    session.from_rest("c1", "nonlinear plant, nominal set-points", &nonlinear, &nominal)?;
-    session.from_rest("c2", "nonlinear plant, y1 = 9 cm asked for", &nonlinear, &clipping)?;
+    session.seeded("b2", "linear plant, deviations every 25 s", Some(BETWEEN))?;
+    session.single("c1", "nonlinear plant, nominal set-points", &nonlinear, &nominal)?;
+    session.single("c2", "nonlinear plant, y1 = 9 cm asked for", &nonlinear, &clipping)?;
     if let Some(picture) = picture {
         std::fs::write(picture, first)?;
     }
@@ -84,7 +84,7 @@ impl Session {
     }
 
     /// One run from rest, and its picture.
-    fn from_rest(
+    fn single(
         &mut self,
         key: &'static str,
         name: &str,

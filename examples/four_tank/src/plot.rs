@@ -293,7 +293,28 @@ impl Pen<'_> {
 fn pixels(chart: &Chart, area: &Area, points: &[(f64, f64)]) -> Vec<Pixel> {
     let (x, y) = area.get_pixel_range();
     let on_area = |(px, py): Pixel| (px - x.start, py - y.start);
-    points.iter().map(|point| on_area(chart.backend_coord(point))).collect()
+    straightened(points.iter().map(|point| on_area(chart.backend_coord(point))))
+}
+
+/// The same line without the points that lie on the way from the one before to the one after.
+fn straightened(points: impl Iterator<Item = Pixel>) -> Vec<Pixel> {
+    let mut kept: Vec<Pixel> = Vec::new();
+    for next in points {
+        while let [.., before, last] = kept[..]
+            && on_the_way(before, last, next)
+        {
+            kept.pop();
+        }
+        kept.push(next);
+    }
+    kept
+}
+
+fn on_the_way(from: Pixel, by: Pixel, to: Pixel) -> bool {
+    let (first, second) = ((by.0 - from.0, by.1 - from.1), (to.0 - by.0, to.1 - by.1));
+    let turns = i64::from(first.0) * i64::from(second.1) != i64::from(first.1) * i64::from(second.0);
+    let turns_back = i64::from(first.0) * i64::from(second.0) + i64::from(first.1) * i64::from(second.1) < 0;
+    !turns && !turns_back
 }
 
 /// Writes what belongs to the sample at `at`; returns where the next sample begins.
@@ -318,7 +339,7 @@ pub fn number(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{dashes, number};
+    use super::{dashes, number, straightened};
 
     #[test]
     fn a_pattern_goes_on_over_corners() {
@@ -326,6 +347,13 @@ mod tests {
         let pieces = dashes(&corner, &[8.0, 1.0, 5.0, 2.0]);
         assert_eq!(pieces, vec![vec![(0, 0), (8, 0)], vec![(9, 0), (10, 0), (10, 4)], vec![(10, 6), (10, 10)]]);
         assert_eq!(dashes(&corner, &[]), vec![corner.to_vec()]);
+    }
+
+    #[test]
+    fn points_on_the_way_are_left_out_and_corners_kept() {
+        let points = [(0, 0), (1, 0), (1, 0), (3, 0), (3, 4), (3, 2), (4, 3), (6, 5), (6, 5)];
+        let kept = straightened(points.into_iter());
+        assert_eq!(kept, [(0, 0), (3, 0), (3, 4), (3, 2), (6, 5)]);
     }
 
     #[test]

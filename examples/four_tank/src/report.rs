@@ -77,7 +77,8 @@ pub fn margins(entries: &[Entry]) -> String {
     }
     for (what, of) in [("E", (|node| &node.tube) as fn(&NodeChecks) -> &Watch), ("Z", |node| &node.coupling)] {
         for i in 0..2 {
-            let left = entries.iter().map(|entry| format!("{:.1} %", 100.0 * of(&entry.checks.nodes[i]).share_left()));
+            let left =
+                entries.iter().map(|entry| format!("{} %", fixed(100.0 * of(&entry.checks.nodes[i]).share_left(), 1)));
             rows.push(std::iter::once(format!("{what}_{}, share of it", i + 1)).chain(left).collect());
         }
     }
@@ -95,7 +96,8 @@ fn limits(
     let set = entries.first().map(|entry| of(&entry.checks.nodes[i]).set());
     let labels = set.into_iter().flat_map(|set| set.H.iter().zip(&set.h));
     let rows = labels.enumerate().map(|(row, (normal, limit))| {
-        let margins = entries.iter().map(|entry| format!("{:.3} {unit}", of(&entry.checks.nodes[i]).margins[row]));
+        let margins =
+            entries.iter().map(|entry| format!("{} {unit}", fixed(of(&entry.checks.nodes[i]).margins[row], 3)));
         std::iter::once(format!("{} {unit}", inequality(normal, *limit, names))).chain(margins).collect()
     });
     rows.collect()
@@ -123,4 +125,30 @@ pub fn ends(entries: &[Entry]) -> String {
         })
     });
     table(&head, &rows.collect::<Vec<_>>())
+}
+
+/// With so many decimals; what rounds to zero has no sign.
+fn fixed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') {
+        text.trim_start_matches('-').to_owned()
+    } else {
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{fixed, inequality};
+
+    #[test]
+    fn limits_read_as_the_user_wrote_them() {
+        assert_eq!(inequality(&[0.0, -1.0], 1.4, &["h1", "h2"]), "h2 >= -1.4");
+        assert_eq!(inequality(&[2.0, 0.0], 5.0, &["h1", "h2"]), "h1 <= 2.5");
+    }
+
+    #[test]
+    fn only_true_negatives_have_a_sign() {
+        assert_eq!([-1e-9, -0.06, 1.25].map(|value| fixed(value, 1)), ["0.0", "-0.1", "1.2"]);
+    }
 }

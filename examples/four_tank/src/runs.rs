@@ -28,8 +28,15 @@ pub struct Run {
 /// # Errors
 /// The controllers refuse to start, or a message got lost.
 pub fn from_rest(plant: &dyn Plant, promise: &Promise, scenario: &Scenario) -> Result<Run, Failure> {
-    let tanks = ClosedLoop::new(plant, promise, start([0.0; 2])?, [0.0; 4]);
-    follow(tanks, promise, scenario, |_, _| {})
+    follow(at_rest(plant, promise)?, promise, scenario, |_, _| {})
+}
+
+/// Tanks and controllers at rest at zero deviation.
+///
+/// # Errors
+/// The controllers refuse to start.
+pub fn at_rest<'a>(plant: &'a dyn Plant, promise: &'a Promise) -> Result<ClosedLoop<'a>, Failure> {
+    Ok(ClosedLoop::new(plant, promise, start([0.0; 2])?, [0.0; 4]))
 }
 
 /// On the linear plant, references at rest somewhere in Y, the tanks where the design admits it, random set-points inside

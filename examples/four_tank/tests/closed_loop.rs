@@ -4,10 +4,12 @@ use four_tank::DESIGN_JSON;
 use four_tank::checks::{Checks, NodeChecks};
 use four_tank::controllers::{left, right};
 use four_tank::plant::{A, B, LinearTanks, NonlinearTanks};
+use four_tank::random::Random;
 use four_tank::report::End;
-use four_tank::runs::{from_rest, random};
+use four_tank::runs::{at_rest, from_rest, random};
 use four_tank::scenario::Scenario;
 use four_tank::sets::Promise;
+use four_tank::upset::admitted_state;
 
 fn promise() -> Promise {
     Promise::new(DESIGN_JSON).unwrap()
@@ -23,7 +25,10 @@ fn the_design_is_of_the_printed_system() {
         (0..2).for_each(|k| assert_eq!(nodes[i].X.interval(k), [limits.0[k], limits.1[k]]));
         assert_eq!(nodes[i].U.interval(0), [-3.0, 3.0]);
     }
-    assert_eq!((left::TABLES.model.A, right::TABLES.model.A).0[0][0], A[0][0]);
+    assert_eq!(left::TABLES.model.A.map(Vec::from).to_vec(), nodes[0].A);
+    assert_eq!(right::TABLES.model.A.map(Vec::from).to_vec(), nodes[1].A);
+    assert_eq!(left::TABLES.model.EL, [[A[0][3] / right::TABLES.model.Cz[0][1]], [0.0]]);
+    assert_eq!(right::TABLES.model.EL, [[A[2][1] / left::TABLES.model.Cz[0][1]], [0.0]]);
 }
 
 #[test]
@@ -62,9 +67,24 @@ fn deviations_that_the_design_admits_are_absorbed() {
     assert!(all(Some(20)).sum(|node| node.active) >= 400, "constraints must matter for the test to mean anything");
 }
 
+/// What the controllers say when the tanks of one subsystem are put `share` of the way to the edge of what is feasible.
+fn first_step(share: f64, seed: u64) -> Checks {
+    let promise = promise();
+    let mut tanks = at_rest(&LinearTanks, &promise).unwrap();
+    tanks.upset(0, |node| admitted_state(node, &mut Random::new(seed), share));
+    let mut checks = Checks::new(&promise);
+    checks.look(&tanks.step([0.0; 2]).unwrap());
+    checks
+}
+
 #[test]
-fn tanks_just_outside_what_is_admitted_are_reported() {
-    // no solution is known to be no solution: the run starts with levels that no plan can save
+fn the_edge_of_what_is_admitted_is_sharp() {
+    for seed in 0..50 {
+        let (inside, outside) = (first_step(1.0, seed), first_step(1.0 + 1e-6, seed));
+        assert_eq!(inside.violations(), 0, "seed {seed}");
+        assert_eq!(outside.nodes[0].infeasible, 1, "seed {seed}");
+        assert_eq!(outside.nodes[1].infeasible, 0, "seed {seed}");
+    }
 }
 
 #[test]
