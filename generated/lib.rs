@@ -2,3 +2,6 @@
 //! again; the test `freshness` compares them with what the compiler writes now.
 #![no_std]
 #![forbid(unsafe_code)]
+
+#[rustfmt::skip]
+pub mod four_tank;

@@ -7,7 +7,6 @@
 // Fits dpc-runtime 0.1. Numbers are in the units of system.toml, as deviations from its operating point.
 
 use dpc_runtime::StartError;
-use dpc_runtime::linear::times;
 use dpc_runtime::tables::{Clamp, DpcProblem, Link, Model, StageRow, Tables};
 
 const _: () = assert!(dpc_runtime::fits(0, 1), "made for dpc-runtime 0.1");
@@ -81,8 +80,13 @@ pub const FROM_RIGHT: Link<1, 1> = Link {
 /// The state and input that this subsystem rests at when the outputs of the whole network rest at
 /// `outputs`, in the order of the columns of [`STEADY_X`].
 pub fn steady_state(outputs: &[f64; NETWORK_NY]) -> SteadyState {
-    let (x, u) = (times(&STEADY_X, outputs), times(&STEADY_U, outputs));
-    SteadyState { x, u }
+    let at_rest = |row: &[f64; NETWORK_NY]| {
+        row.iter().zip(outputs).map(|(a, y)| a * y).sum()
+    };
+    SteadyState {
+        x: STEADY_X.each_ref().map(at_rest),
+        u: STEADY_U.each_ref().map(at_rest),
+    }
 }
 
 /// A controller whose references rest at `steady`, and its first message to those who hear it.

@@ -7,7 +7,6 @@
 // Fits dpc-runtime 0.1. Numbers are in the units of system.toml, as deviations from its operating point.
 
 use dpc_runtime::StartError;
-use dpc_runtime::linear::times;
 use dpc_runtime::tables::{Clamp, DpcProblem, Link, Model, StageRow, Tables};
 
 const _: () = assert!(dpc_runtime::fits(0, 1), "made for dpc-runtime 0.1");
@@ -33,11 +32,11 @@ pub const N: usize = 3;
 /// Unknowns of the i-DPC problem.
 pub const NV: usize = 5;
 /// Rows of the i-DPC problem, of which:
-pub const NR: usize = 13;
+pub const NR: usize = 10;
 /// tube rows (35a),
 pub const NT: usize = 2;
 /// state rows (35c),
-pub const NS: usize = 6;
+pub const NS: usize = 3;
 /// input rows (35d).
 pub const NQ: usize = 3;
 /// Outputs of the whole network.
@@ -81,8 +80,13 @@ pub const FROM_LEFT: Link<1, 1> = Link {
 /// The state and input that this subsystem rests at when the outputs of the whole network rest at
 /// `outputs`, in the order of the columns of [`STEADY_X`].
 pub fn steady_state(outputs: &[f64; NETWORK_NY]) -> SteadyState {
-    let (x, u) = (times(&STEADY_X, outputs), times(&STEADY_U, outputs));
-    SteadyState { x, u }
+    let at_rest = |row: &[f64; NETWORK_NY]| {
+        row.iter().zip(outputs).map(|(a, y)| a * y).sum()
+    };
+    SteadyState {
+        x: STEADY_X.each_ref().map(at_rest),
+        u: STEADY_U.each_ref().map(at_rest),
+    }
 }
 
 /// A controller whose references rest at `steady`, and its first message to those who hear it.
@@ -182,15 +186,12 @@ pub static TABLES: Parts = Tables {
         V: [
             [0.0, -0.9821771033730223, 0.1111776892348874, 0.10852767482581457, 0.10577997363902467], // (35a) x - xhat in E, normal 1
             [0.8286132656150755, 0.33058779466260063, -0.2639938956209201, -0.26093860495478316, -0.257546177579829], // (35a) x - xhat in E, normal 2
-            [0.9037988388362972, 0.01950404483215461, -0.24933918859521562, -0.24692694039029117, -0.24418088846901065], // h3 >= -12.7 cm at step 0
             [0.0, 0.9821771033730223, -0.1111776892348874, -0.10852767482581457, -0.10577997363902467], // h4 >= -1.8 cm at step 0
-            [0.9330868328968863, 0.020136081879178386, 0.003359574049294223, -0.25531847523714835, -0.2524771077658292], // h3 >= -12.7 cm at step 1
             [0.0, 0.9882553423596008, 0.004884313675896634, -0.10937379700246268, -0.10660625829137639], // h4 >= -1.8 cm at step 1
-            [0.9648475871520794, 0.0208214812714745, 0.0034739284716478885, 0.006937694491787554, -0.2618690506733939], // h3 >= -12.7 cm at step 2
             [0.0, 0.9941343949452282, 0.004913370070245803, 0.009814276923643152, -0.10759341778149861], // h4 >= -1.8 cm at step 2
             [0.0, 0.0, 0.9999978021520967, -0.001494597486285819, -0.0014703296671752092], // v2 >= -3 V at step 0, v2 <= 3 V at step 0
             [0.0, 0.0, 0.0, 0.9999956624770825, -0.0029453398820332554], // v2 >= -3 V at step 1, v2 <= 3 V at step 1
-            [0.0, 0.0, 0.0, 0.0, 1.0], // v2 >= -3 V at step 2
+            [0.0, 0.0, 0.0, 0.0, 1.0], // v2 >= -3 V at step 2, v2 <= 3 V at step 2
             [0.9996770854031765, 0.021573104382924292, 0.003599331890010403, 0.007188134479808394, 0.01075646873928752], // (36) terminal set, normal 1
             [0.0, 0.9998299092435946, 0.004941519352305186, 0.009870504084508845, 0.014775219712547236], // (36) terminal set, normal 2
         ],
@@ -198,15 +199,12 @@ pub static TABLES: Parts = Tables {
         lower: [
             -0.7124241124253549, // (35a) x - xhat in E, normal 1
             -36.788943219260744, // (35a) x - xhat in E, normal 2
-            -62.28504981915639, // h3 >= -12.7 cm at step 0
             -7.997757612902693, // h4 >= -1.8 cm at step 0
-            -64.65904868832489, // h3 >= -12.7 cm at step 1
             -8.21735119870357, // h4 >= -1.8 cm at step 1
-            -67.22970062292269, // h3 >= -12.7 cm at step 2
             -8.440963513433012, // h4 >= -1.8 cm at step 2
             -2.872518667321538, // v2 >= -3 V at step 0, v2 <= 3 V at step 0
             -2.8746297005020476, // v2 >= -3 V at step 1, v2 <= 3 V at step 1
-            -2.8766957207924655, // v2 >= -3 V at step 2
+            -2.8766957207924655, // v2 >= -3 V at step 2, v2 <= 3 V at step 2
             -45.11662533121193, // (36) terminal set, normal 1
             -0.7671789509728887, // (36) terminal set, normal 2
         ],
@@ -214,15 +212,12 @@ pub static TABLES: Parts = Tables {
         upper: [
             0.7124241124253549, // (35a) x - xhat in E, normal 1
             36.788943219260744, // (35a) x - xhat in E, normal 2
-            f64::INFINITY, // h3 >= -12.7 cm at step 0
             f64::INFINITY, // h4 >= -1.8 cm at step 0
-            f64::INFINITY, // h3 >= -12.7 cm at step 1
             f64::INFINITY, // h4 >= -1.8 cm at step 1
-            f64::INFINITY, // h3 >= -12.7 cm at step 2
             f64::INFINITY, // h4 >= -1.8 cm at step 2
             2.872518667321538, // v2 >= -3 V at step 0, v2 <= 3 V at step 0
             2.8746297005020476, // v2 >= -3 V at step 1, v2 <= 3 V at step 1
-            f64::INFINITY, // v2 >= -3 V at step 2
+            2.8766957207924655, // v2 >= -3 V at step 2, v2 <= 3 V at step 2
             45.11662533121193, // (36) terminal set, normal 1
             0.7671789509728887, // (36) terminal set, normal 2
         ],
@@ -233,18 +228,15 @@ pub static TABLES: Parts = Tables {
         ],
         // Offsets of the next rows, over xref_{t+k}, k the stage
         state: [
-            StageRow { stage: 0, row: [8.083425264172682, 0.0] }, // h3 >= -12.7 cm at step 0
             StageRow { stage: 0, row: [0.0, 4.838989847404483] }, // h4 >= -1.8 cm at step 0
-            StageRow { stage: 1, row: [8.391525562588946, 0.0] }, // h3 >= -12.7 cm at step 1
             StageRow { stage: 1, row: [0.0, 4.971853480397222] }, // h4 >= -1.8 cm at step 1
-            StageRow { stage: 2, row: [8.72514772157984, 0.0] }, // h3 >= -12.7 cm at step 2
             StageRow { stage: 2, row: [0.0, 5.107148618497521] }, // h4 >= -1.8 cm at step 2
         ],
         // Offsets of the next rows, over uref_{t+k}, k the stage
         input: [
             StageRow { stage: 0, row: [1.0007560587541555] }, // v2 >= -3 V at step 0, v2 <= 3 V at step 0
             StageRow { stage: 1, row: [1.0014915210749613] }, // v2 >= -3 V at step 1, v2 <= 3 V at step 1
-            StageRow { stage: 2, row: [1.0022113013662666] }, // v2 >= -3 V at step 2
+            StageRow { stage: 2, row: [1.0022113013662666] }, // v2 >= -3 V at step 2, v2 <= 3 V at step 2
         ],
         // L^-T of H = L L': (dx_0, du_0, ..., du_{N-1}) = T w
         T: [
@@ -255,7 +247,7 @@ pub static TABLES: Parts = Tables {
             [0.0, 0.0, 0.0, 0.0, 0.9977935776983835],
         ],
         // Working-set changes before the shifted candidate (47) is used
-        max_iterations: 72,
+        max_iterations: 60,
     },
 };
 
@@ -264,15 +256,12 @@ pub static TABLES: Parts = Tables {
 pub static ROWS: [&str; NR] = [
     "(35a) x - xhat in E, normal 1",
     "(35a) x - xhat in E, normal 2",
-    "h3 >= -12.7 cm at step 0",
     "h4 >= -1.8 cm at step 0",
-    "h3 >= -12.7 cm at step 1",
     "h4 >= -1.8 cm at step 1",
-    "h3 >= -12.7 cm at step 2",
     "h4 >= -1.8 cm at step 2",
     "v2 >= -3 V at step 0, v2 <= 3 V at step 0",
     "v2 >= -3 V at step 1, v2 <= 3 V at step 1",
-    "v2 >= -3 V at step 2",
+    "v2 >= -3 V at step 2, v2 <= 3 V at step 2",
     "(36) terminal set, normal 1",
     "(36) terminal set, normal 2",
 ];

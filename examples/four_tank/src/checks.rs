@@ -1,0 +1,234 @@
+//! Whether the plant kept what the design promises, counted at every step.
+
+use dpc_runtime::Control;
+
+use crate::sets::{Polytope, Promise, Subsystem};
+use crate::trajectory::{NodeSample, Sample};
+
+/// Beyond a limit by more than this, in the limit's unit, is outside: rounding is not a violation.
+pub const ROUNDING: f64 = 1e-9;
+
+/// Counts and smallest margins over the steps looked at.
+#[derive(Debug, Clone)]
+pub struct Checks {
+    pub nodes: Vec<NodeChecks>,
+    pub steps: usize,
+}
+
+/// The same for one subsystem.
+#[derive(Debug, Clone)]
+pub struct NodeChecks {
+    subsystem: Subsystem,
+    /// x in X_i.
+    pub states: Watch,
+    /// u in U_i.
+    pub inputs: Watch,
+    /// x - xhat in E_i.
+    pub tube: Watch,
+    /// z - zref in Z_i, z of the true plant.
+    pub coupling: Watch,
+    /// Steps whose i-DPC problem (33) had no solution.
+    pub infeasible: usize,
+    /// Steps at which the iteration budget ran out and the shifted candidate (47) was used.
+    pub fell_back: usize,
+    /// Steps at which the references had lost the guarantee: messages lost, or starts that do not fit together.
+    pub degraded: usize,
+    /// Steps at which a constraint of the i-DPC problem was active.
+    pub active: usize,
+}
+
+/// How far inside a set a signal stayed.
+#[derive(Debug, Clone)]
+pub struct Watch {
+    set: Polytope,
+    /// Per row of the set, the least that was left, in the row's unit.
+    pub margins: Vec<f64>,
+    /// Steps outside.
+    pub violations: usize,
+}
+
+impl Checks {
+    pub fn new(promise: &Promise) -> Self {
+        Self { nodes: promise.subsystems.iter().map(NodeChecks::new).collect(), steps: 0 }
+    }
+
+    pub fn look(&mut self, sample: &Sample) {
+        self.steps += 1;
+        self.nodes.iter_mut().zip(&sample.nodes).for_each(|(checks, node)| checks.look(node));
+    }
+
+    /// Adds what another run saw.
+    pub fn absorb(&mut self, other: &Self) {
+        self.steps += other.steps;
+        self.nodes.iter_mut().zip(&other.nodes).for_each(|(mine, theirs)| mine.absorb(theirs));
+    }
+
+    /// Steps of any subsystem at which anything went wrong that Theorem 1 excludes.
+    pub fn violations(&self) -> usize {
+        let sets = |node: &NodeChecks| node.watches().iter().map(|watch| watch.violations).sum::<usize>();
+        self.sum(|node| sets(node) + node.infeasible + node.degraded)
+    }
+
+    pub fn sum(&self, count: impl Fn(&NodeChecks) -> usize) -> usize {
+        self.nodes.iter().map(count).sum()
+    }
+}
+
+impl NodeChecks {
+    fn new(subsystem: &Subsystem) -> Self {
+        Self {
+            states: Watch::new(&subsystem.X),
+            inputs: Watch::new(&subsystem.U),
+            tube: Watch::new(&subsystem.rpi),
+            coupling: Watch::new(&subsystem.z_set),
+            infeasible: 0,
+            fell_back: 0,
+            active: 0,
+            degraded: 0,
+            subsystem: subsystem.clone(),
+        }
+    }
+
+    fn look(&mut self, node: &NodeSample) {
+        self.states.look(&node.x);
+        self.inputs.look(&node.u);
+        self.tube.look(&minus(&node.x, &node.x_nom));
+        let z = self.subsystem.coupling_output(&node.x, &node.u);
+        self.coupling.look(&minus(&z, &node.z_ref));
+        match node.status.control {
+            Control::AtReference => {}
+            Control::Optimal { active, .. } => self.active += usize::from(active > 0),
+            Control::Candidate => self.fell_back += 1,
+            Control::Infeasible { .. } | Control::IterationLimit | Control::NotFinite => self.infeasible += 1,
+        }
+        self.degraded += usize::from(node.status.degraded);
+    }
+
+    fn absorb(&mut self, other: &Self) {
+        let theirs = other.watches();
+        for (mine, theirs) in self.watches_mut().into_iter().zip(theirs) {
+            mine.absorb(theirs);
+        }
+        self.infeasible += other.infeasible;
+        self.fell_back += other.fell_back;
+        self.active += other.active;
+        self.degraded += other.degraded;
+    }
+
+    fn watches(&self) -> [&Watch; 4] {
+        [&self.states, &self.inputs, &self.tube, &self.coupling]
+    }
+
+    fn watches_mut(&mut self) -> [&mut Watch; 4] {
+        [&mut self.states, &mut self.inputs, &mut self.tube, &mut self.coupling]
+    }
+}
+
+impl Watch {
+    fn new(set: &Polytope) -> Self {
+        Self { set: set.clone(), margins: vec![f64::INFINITY; set.h.len()], violations: 0 }
+    }
+
+    fn look(&mut self, v: &[f64]) {
+        let mut outside = false;
+        for (smallest, margin) in self.margins.iter_mut().zip(self.set.margins(v)) {
+            *smallest = smallest.min(margin);
+            outside |= margin.is_nan() || margin < -ROUNDING;
+        }
+        self.violations += usize::from(outside);
+    }
+
+    fn absorb(&mut self, other: &Self) {
+        self.margins.iter_mut().zip(&other.margins).for_each(|(mine, theirs)| *mine = mine.min(*theirs));
+        self.violations += other.violations;
+    }
+
+    /// The set it looks at.
+    pub fn set(&self) -> &Polytope {
+        &self.set
+    }
+
+    /// The smallest margin as a share of its limit.
+    pub fn share_left(&self) -> f64 {
+        let shares = self.margins.iter().zip(&self.set.h).map(|(margin, limit)| margin / limit);
+        shares.fold(f64::INFINITY, f64::min)
+    }
+}
+
+fn minus(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use dpc_runtime::{Control, Delivery, References, Status};
+
+    use super::Checks;
+    use crate::sets::Promise;
+    use crate::trajectory::{NodeSample, Sample};
+
+    const PROMISE: &str = r#"{"subsystems": [{"name": "left", "A": [], "B": [], "Cz": [[0.0, 2.0]], "Dz": [[1.0]],
+        "X": {"H": [[1, 0], [0, -1]], "h": [5, 1]}, "U": {"H": [[1], [-1]], "h": [3, 3]},
+        "rpi": {"H": [[1, 0], [-1, 0]], "h": [0.5, 0.5]}, "z_set": {"H": [[1], [-1]], "h": [0.25, 0.25]},
+        "y_set": {"H": [[1], [-1]], "h": [2, 2]}}]}"#;
+
+    const FINE: Status<1> = Status {
+        control: Control::AtReference,
+        references: References::Nearest,
+        deliveries: [Delivery::InSequence],
+        degraded: false,
+    };
+    const ACTIVE: Status<1> = Status { control: Control::Optimal { iterations: 3, active: 2 }, ..FINE };
+
+    /// Every margin is positive.
+    fn inside() -> NodeSample {
+        let (x, u, x_nom, z_ref) = ([1.0, 0.5], [2.0], [1.25, 0.0], vec![2.875]);
+        NodeSample { x, u, set_point: 0.0, y_ref: 0.0, x_nom, z_ref, status: FINE }
+    }
+
+    fn seen(node: NodeSample) -> Checks {
+        let mut checks = Checks::new(&Promise::new(PROMISE).unwrap());
+        checks.look(&Sample { nodes: [node.clone(), node] });
+        checks
+    }
+
+    #[test]
+    fn margins_are_what_is_left() {
+        let checks = seen(inside());
+        let node = &checks.nodes[0];
+        assert_eq!((node.states.margins.clone(), node.inputs.margins.clone()), (vec![4.0, 1.5], vec![1.0, 5.0]));
+        assert_eq!((node.tube.margins.clone(), node.tube.share_left()), (vec![0.75, 0.25], 0.5));
+        assert_eq!(node.coupling.margins, vec![0.125, 0.375]);
+        assert_eq!((checks.violations(), checks.steps), (0, 1));
+    }
+
+    #[test]
+    fn each_kind_of_violation_is_counted() {
+        let with = |control| Status { control, ..FINE };
+        let wrong = [
+            NodeSample { x: [1.0, -1.1], z_ref: vec![-0.2], x_nom: [1.0, -1.1], ..inside() },
+            NodeSample { u: [3.1], z_ref: vec![4.1], ..inside() },
+            NodeSample { x_nom: [1.51, 0.0], ..inside() },
+            NodeSample { z_ref: vec![3.26], ..inside() },
+            NodeSample { z_ref: vec![f64::NAN], ..inside() },
+            NodeSample { status: with(Control::Infeasible { row: 0 }), ..inside() },
+            NodeSample { status: with(Control::IterationLimit), ..inside() },
+            NodeSample { status: with(Control::NotFinite), ..inside() },
+            NodeSample { status: Status { degraded: true, ..FINE }, ..inside() },
+        ];
+        for node in wrong {
+            assert_eq!(seen(node.clone()).violations(), 1, "{node:?}");
+        }
+        assert_eq!(seen(NodeSample { u: [3.0 + 1e-12], z_ref: vec![4.0], ..inside() }).violations(), 0);
+    }
+
+    #[test]
+    fn runs_add_up() {
+        let mut checks = seen(inside());
+        checks.absorb(&seen(NodeSample { u: [3.1], z_ref: vec![4.1], status: ACTIVE, ..inside() }));
+        checks.absorb(&seen(NodeSample { status: Status { control: Control::Candidate, ..FINE }, ..inside() }));
+        let node = &checks.nodes[0];
+        assert_eq!((checks.steps, node.inputs.violations, node.active, node.fell_back), (3, 1, 1, 1));
+        assert!((node.inputs.margins[0] + 0.1).abs() < 1e-12);
+    }
+}

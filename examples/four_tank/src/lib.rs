@@ -1,0 +1,28 @@
+//! The four-tank of Section VI of the paper, in closed loop with the controllers that were emitted for it.
+
+pub mod bus;
+pub mod checks;
+pub mod closed_loop;
+pub mod figure;
+pub mod node;
+pub mod plant;
+pub mod plot;
+pub mod random;
+pub mod report;
+pub mod runs;
+pub mod scenario;
+pub mod sets;
+pub mod table;
+pub mod trajectory;
+pub mod upset;
+
+/// What the compiler emitted for `system.toml` when this package was built.
+pub mod controllers {
+    include!(concat!(env!("OUT_DIR"), "/four_tank/mod.rs"));
+}
+
+/// The summary of the design, as the compiler's command prints it.
+pub const SUMMARY: &str = include_str!(concat!(env!("OUT_DIR"), "/summary.txt"));
+
+/// The design as the compiler states it for other tools.
+pub const DESIGN_JSON: &str = include_str!(concat!(env!("OUT_DIR"), "/design.json"));

@@ -1,0 +1,144 @@
+//! Does what the compiler writes parse, compile without a warning and run, whatever the names and shapes?
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+use dpc_codegen::build::compile_into;
+use dpc_codegen::design::Design;
+use dpc_codegen::diagnostic::Source;
+use dpc_codegen::emit::Emitted;
+use dpc_tests::{cases, root};
+
+#[test]
+fn the_same_text_gives_the_same_bytes_wherever_the_file_is() {
+    for (case, first) in networks() {
+        let elsewhere = Source { path: format!("/somewhere/else/{}", case.path), text: case.text.clone() };
+        let again = emitted(&elsewhere).expect("the design that existed a moment ago");
+        assert_eq!(first.files, again.files, "{}", case.path);
+    }
+}
+
+#[test]
+fn every_file_parses_and_begins_with_a_plain_comment() {
+    for (case, emitted) in networks() {
+        for (name, text) in &emitted.files {
+            syn::parse_file(text).unwrap_or_else(|error| panic!("{} {name}: {error}", case.path));
+            assert!(text.starts_with("// Controller"), "{} {name}", case.path);
+            assert!(!text.contains("//!"), "{} {name}: inner comments cannot be included", case.path);
+            assert!(!text.contains("NaN") && !text.contains('\r'), "{} {name}", case.path);
+        }
+    }
+}
+
+/// A crate of its own, as a user would make it: out of `OUT_DIR`, in a binary, with every warning an error.
+#[test]
+fn odd_names_and_shapes_compile_without_a_warning_and_run() {
+    let package = package();
+    let lint = if cargo(&package, &["clippy", "--version"]).is_ok() { "clippy" } else { "check" };
+    cargo(&package, &[lint, "--offline", "--quiet"]).unwrap_or_else(|errors| panic!("{errors}"));
+    let output = cargo(&package, &["run", "--offline", "--quiet"]).unwrap_or_else(|errors| panic!("{errors}"));
+    let sizes: Vec<usize> = output.lines().map(|line| line.parse().expect("a size in bytes")).collect();
+    let odd = networks().iter().find(|(case, _)| case.path.ends_with("odd.toml")).expect("a design exists");
+    assert_eq!(sizes, odd.1.table_bytes);
+}
+
+/// The networks that a design exists for, of the accepted ones and of those with odd names, and what is written.
+fn networks() -> &'static [(Source, Emitted)] {
+    static NETWORKS: OnceLock<Vec<(Source, Emitted)>> = OnceLock::new();
+    let networks = NETWORKS.get_or_init(|| {
+        let all = cases("accept").into_iter().chain(cases("emit"));
+        all.filter_map(|case| emitted(&case).map(|emitted| (case, emitted))).collect()
+    });
+    assert!(networks.len() > 3, "{}", networks.len());
+    networks
+}
+
+fn emitted(case: &Source) -> Option<Emitted> {
+    Design::new(case.clone()).ok().map(|design| Emitted::new(&design))
+}
+
+fn package() -> PathBuf {
+    let package = Path::new(env!("CARGO_TARGET_TMPDIR")).join("odd");
+    fs::create_dir_all(package.join("src")).expect("the target folder is writable");
+    let folder = compile_into(&root().join("cases/emit/odd.toml"), &package.join("emitted")).expect("a design exists");
+    assert_eq!(folder, package.join("emitted/mod_"));
+    let runtime = root().parent().expect("the workspace").join("runtime");
+    let manifest = format!(
+        "[package]\nname = \"odd\"\nversion = \"0.0.0\"\nedition = \"2024\"\n\n[dependencies]\n\
+         dpc-runtime = {{ path = {runtime:?} }}\n\n[workspace]\n"
+    );
+    for (name, text) in [("Cargo.toml", manifest.as_str()), ("build.rs", BUILD), ("src/main.rs", MAIN)] {
+        fs::write(package.join(name), text).expect("the target folder is writable");
+    }
+    package
+}
+
+/// What `dpc_codegen::build::compile` does, but for the design, which is made already.
+const BUILD: &str = r#"
+fn main() {
+    let out = std::path::PathBuf::from(std::env::var_os("OUT_DIR").unwrap()).join("mod_");
+    std::fs::create_dir_all(&out).unwrap();
+    for file in std::fs::read_dir("emitted/mod_").unwrap() {
+        let file = file.unwrap();
+        std::fs::copy(file.path(), out.join(file.file_name())).unwrap();
+    }
+}
+"#;
+
+/// Every controller starts at rest, hears its neighbours and makes one step that carries the guarantee.
+const MAIN: &str = r#"
+mod controllers {
+    include!(concat!(env!("OUT_DIR"), "/mod_/mod.rs"));
+}
+
+/// The firmware of one node includes one file.
+#[allow(unused)]
+mod node {
+    include!(concat!(env!("OUT_DIR"), "/mod_/con_.rs"));
+}
+
+use controllers::{con_, plane, tanks_1_2, type_};
+
+fn main() {
+    let rest = [0.5, 1.0, 0.5, 0.25, -1.0];
+    let (mut first, from_type) = type_::start(&type_::steady_state(&rest)).unwrap();
+    let (mut second, from_tanks) = tanks_1_2::start(&tanks_1_2::steady_state(&rest)).unwrap();
+    let (mut third, from_plane) = plane::start(&plane::steady_state(&rest)).unwrap();
+    let (mut fourth, _) = con_::start(&con_::steady_state(&rest)).unwrap();
+    node::start(&node::steady_state(&rest)).unwrap();
+
+    let mut inbox = type_::Inbox::new();
+    inbox.accept(&type_::FROM_TANKS_1_2, &from_tanks).unwrap();
+    inbox.accept(&type_::FROM_PLANE, &from_plane).unwrap();
+    let step = first.step(&type_::steady_state(&rest).x, &[1.0], &mut inbox);
+    assert!(step.status.is_guaranteed(), "{:?}", step.status);
+
+    let step = second.step(&tanks_1_2::steady_state(&rest).x, &[0.0], &mut tanks_1_2::Inbox::new());
+    assert!(step.status.is_guaranteed(), "{:?}", step.status);
+
+    let mut inbox = plane::Inbox::new();
+    inbox.accept(&plane::FROM_TYPE_, &from_type).unwrap();
+    let step = third.step(&plane::steady_state(&rest).x, &[1.0, 2.0], &mut inbox);
+    assert!(step.status.is_guaranteed(), "{:?}", step.status);
+
+    let step = fourth.step(&con_::steady_state(&rest).x, &[3.0], &mut con_::Inbox::new());
+    assert!(step.status.is_guaranteed(), "{:?}", step.status);
+
+    println!("{}", size_of_val(&type_::TABLES));
+    println!("{}", size_of_val(&tanks_1_2::TABLES));
+    println!("{}", size_of_val(&plane::TABLES));
+    println!("{}", size_of_val(&con_::TABLES));
+}
+"#;
+
+/// Runs cargo in a package; returns what it printed, or its complaints.
+fn cargo(package: &Path, arguments: &[&str]) -> Result<String, String> {
+    let mut command = Command::new(env!("CARGO"));
+    command.args(arguments).current_dir(package).env("RUSTFLAGS", "-D warnings").env_remove("CARGO_ENCODED_RUSTFLAGS");
+    command.env("CARGO_TARGET_DIR", package.join("target"));
+    let output = command.output().map_err(|error| error.to_string())?;
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    if output.status.success() { Ok(text(&output.stdout)) } else { Err(text(&output.stderr)) }
+}
