@@ -61,6 +61,11 @@ pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
+/// How many random cases a test tries: `default`, or what the environment variable `DPC_CASES` says.
+pub fn cases_wanted(default: usize) -> usize {
+    std::env::var("DPC_CASES").ok().and_then(|count| count.parse().ok()).unwrap_or(default)
+}
+
 /// Pseudo-random numbers (SplitMix64), the same ones for the same seed.
 pub struct Random(pub u64);
 
@@ -84,7 +89,7 @@ impl Random {
         self.between(low.ln(), high.ln()).exp()
     }
 
-    /// True once in `1 / share` times.
+    /// True with probability `share`.
     pub fn chance(&mut self, share: f64) -> bool {
         self.between(0.0, 1.0) < share
     }
