@@ -28,7 +28,7 @@ pub struct Sets {
     pub rho_on_normals: f64,
     /// First coupling output of each subsystem in `small_gain`.
     pub z_offset: Vec<usize>,
-    /// Per coupling constraint and member j: support of Delta_j^chi in direction H_h^[j] [C_j 0], per unit of epsilon.
+    /// Per coupling constraint and member j: support of Delta_j^chi in direction `H_h^[j] [C_j 0]`, per unit of epsilon.
     pub coupling: Vec<BTreeMap<usize, f64>>,
 }
 

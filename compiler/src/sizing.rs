@@ -1,9 +1,9 @@
 //! Steps 3 and 4 of the off-line design: one convex program chooses the size of every set.
 //!
 //! With the invariance multipliers fixed, (18), (21), (22), (24), (25a), (25b) and (26) are linear in the half-widths
-//! of Z_i and Delta_i^z, the offsets of E_i and Sigma_i, the ends of Y_i and epsilon. [`program`] maximises a
+//! of Z_i and Delta_i^z, the offsets of E_i and Sigma_i, the ends of Y_i and epsilon. The program maximises a
 //! weighted sum of logarithms over them, new multipliers are taken at its solution, and so on: each round can only
-//! improve. [`settle`] rounds the result to short decimals on the safe side, and [`verify`] checks every inclusion
+//! improve. `settle` rounds the result to short decimals on the safe side, and `verify` checks every inclusion
 //! once more with upper bounds that include rounding.
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
