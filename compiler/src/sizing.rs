@@ -211,13 +211,23 @@ impl Context<'_> {
 }
 
 impl Proofs {
+    /// Whether the strips `kept` of Sigma_i but for `r` still bound it.
+    fn bounded_without(&self, kept: &[usize], r: usize) -> bool {
+        let others: Vec<usize> = kept.iter().copied().filter(|other| *other != r).collect();
+        if others.len() < self.terminal_normals.ncols() {
+            return false;
+        }
+        let singular = self.terminal_normals.select_rows(&others).singular_values();
+        singular.min() > 1e-6 * singular.max()
+    }
+
     /// Without the strips of Sigma_i that only their own invariance uses.
     fn without_idle_strips(&self) -> Self {
         let needed = [&self.terminal_x, &self.terminal_u, &self.terminal_z];
         let mut kept: Vec<usize> = (0..self.terminal.len()).collect();
         while let Some(idle) = kept.iter().position(|&r| {
             let invariance = kept.iter().filter(|&&other| other != r).map(|&other| &self.terminal[other]);
-            kept.len() > self.terminal_normals.ncols()
+            self.bounded_without(&kept, r)
                 && invariance.chain(needed.into_iter().flatten()).all(|proof| proof.mu[r] == 0.0)
         }) {
             kept.remove(idle);

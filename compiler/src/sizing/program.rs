@@ -118,10 +118,6 @@ impl Program {
         take(point, &self.variables[i].sigma)
     }
 
-    pub fn upset(&self, point: &[f64], i: usize) -> DVector<f64> {
-        take(point, &self.variables[i].upset)
-    }
-
     /// (max, -min) of Y_i.
     pub fn y_ends(&self, point: &[f64], i: usize) -> (DVector<f64>, DVector<f64>) {
         (take(point, &self.variables[i].y_max), take(point, &self.variables[i].y_min))

@@ -28,6 +28,9 @@ pub fn settle(context: &Context, program: &Program, point: &[f64]) -> Result<Siz
     }
     let mut sizing = Sizing { epsilon, subsystems, l_tilde: Vec::new(), slacks: Vec::new(), trade: Vec::new() };
     fit_outputs(context, program, &mut sizing);
+    for sized in &mut sizing.subsystems {
+        sized.upset = half_axes(&sized.Sigma);
+    }
     for (i, sets) in context.sets.subsystems.iter().enumerate() {
         let taken = |shares: &[ReferenceShare]| shares.iter().map(|share| taken(&sizing, share)).collect();
         let (x_ref, u_ref): (Vec<f64>, Vec<f64>) = (taken(&sets.x_rows), taken(&sets.u_rows));
@@ -118,7 +121,7 @@ fn subsystem(
         },
         x_ref: DVector::zeros(0),
         u_ref: DVector::zeros(0),
-        upset: program.upset(point, i),
+        upset: DVector::zeros(0),
         zeta,
         dz,
         E,
@@ -148,9 +151,9 @@ fn invariant(proofs: &[Multiplier], sigma: DVector<f64>) -> DVector<f64> {
     }
 }
 
-/// Shrinks all Y_i by one factor, next to 1, where the solver's tolerance let them grow past a row of (25b).
+/// Shrinks all Y_i and Sigma_i by one factor, next to 1, where the solver's tolerance let them grow past a row of (25b).
 fn fit_outputs(context: &Context, program: &Program, sizing: &mut Sizing) {
-    let mut fits: f64 = 1.0;
+    let mut fits = f64::INFINITY;
     for (i, sets) in context.sets.subsystems.iter().enumerate() {
         let sized = &sizing.subsystems[i];
         let (of_x, of_u) = terminal_rows(context, &program.proofs[i], i, &sized.Sigma);
@@ -158,23 +161,33 @@ fn fit_outputs(context: &Context, program: &Program, sizing: &mut Sizing) {
         let u = sets.u_rows.iter().zip(&sized.U_nom.h).zip(&of_u);
         for ((share, room), terminal) in x.chain(u) {
             let rate = sizing.epsilon * share.rate;
-            let steady = taken(sizing, share) - rate;
-            if steady > 0.0 {
-                fits = fits.min((room - terminal - rate) / steady);
+            let shrinks = taken(sizing, share) - rate + terminal;
+            if shrinks > 0.0 {
+                fits = fits.min((room - rate) / shrinks * (1.0 - 1e-10));
             }
         }
     }
-    if fits >= 1.0 {
-        return;
+    if fits < 1.0 {
+        shrink(context, sizing, fits.max(0.0));
     }
+}
+
+fn shrink(context: &Context, sizing: &mut Sizing, factor: f64) {
     for (s, sized) in context.network.subsystems.iter().zip(&mut sizing.subsystems) {
+        sized.Sigma.q = sized.Sigma.q.map(|v| to_digits(v * factor, DERIVED));
         for k in 0..s.p() {
             let (low, high) = s.cover[k].unwrap_or((0.0, 0.0));
-            let end = |value: f64, wanted: f64| down_to_digits(value * fits.max(0.0), DERIVED).max(wanted);
+            let end = |value: f64, wanted: f64| down_to_digits(value * factor, DERIVED).max(wanted);
             sized.Y.max[k] = end(sized.Y.max[k], high);
             sized.Y.min[k] = 0.0 - end(-sized.Y.min[k], -low);
         }
     }
+}
+
+/// How far the set goes along each axis.
+fn half_axes(set: &Strips) -> DVector<f64> {
+    let end = |k: usize| set.P.column(k).iter().zip(&set.q).map(|(p, q)| q / p.abs()).fold(f64::INFINITY, f64::min);
+    DVector::from_fn(set.P.ncols(), |k, _| down_to_digits(end(k), CHOSEN))
 }
 
 /// (26), rounded down.
