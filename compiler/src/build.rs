@@ -27,14 +27,17 @@
 //! }
 //! ```
 //!
-//! The bytes are those that `dpc-codegen system.toml` writes under `generated/four_tank/`. The firmware of one node
+//! Beside `mod.rs` lie `summary.txt`, what the command prints of the design, and `design.json`. The Rust bytes are
+//! those that `dpc-codegen system.toml` writes under `generated/four_tank/`. The firmware of one node
 //! may as well include the file of its subsystem alone.
 
 use std::path::{Path, PathBuf};
 
 use crate::design::Design;
 use crate::diagnostic::Source;
-use crate::emit::{Emitted, package_folder};
+use crate::emit::{Emitted, package_folder, write_all};
+use crate::export::design_json;
+use crate::summary::Summary;
 
 /// Designs the network of `file` (relative to the package) and writes its controllers to
 /// `$OUT_DIR/<name of the network>/`. Cargo runs the script again when the file changes.
@@ -51,7 +54,8 @@ pub fn compile(file: impl AsRef<Path>) {
     }
 }
 
-/// Designs the network of `file` and writes its controllers to `<out>/<name of the network>/`, which is returned.
+/// Designs the network of `file` and writes its controllers to `<out>/<name of the network>/`, which is returned; with
+/// them `summary.txt`, what the command prints of the design, and `design.json`.
 ///
 /// # Errors
 /// The mistakes in the file, or what the file system reports, as text for the user; then nothing is written.
@@ -59,7 +63,11 @@ pub fn compile_into(file: &Path, out: &Path) -> Result<PathBuf, String> {
     let source = read(file)?;
     let design = Design::new(source.clone()).map_err(|mistakes| mistakes.render(&source, false))?;
     let folder = out.join(package_folder(&design.network));
-    Emitted::new(&design).write(&folder).map_err(|error| format!("error: {error}"))?;
+    let emitted = Emitted::new(&design);
+    let (summary, json) = (Summary::new(&design, &emitted).to_string(), design_json(&design));
+    let mut files = emitted.paths(&folder);
+    files.extend([(folder.join("summary.txt"), &*summary), (folder.join("design.json"), &*json)]);
+    write_all(&files).map_err(|error| format!("error: {error}"))?;
     Ok(folder)
 }
 

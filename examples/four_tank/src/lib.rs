@@ -22,7 +22,7 @@ pub mod controllers {
 }
 
 /// The summary of the design, as the compiler's command prints it.
-pub const SUMMARY: &str = include_str!(concat!(env!("OUT_DIR"), "/summary.txt"));
+pub const SUMMARY: &str = include_str!(concat!(env!("OUT_DIR"), "/four_tank/summary.txt"));
 
 /// The design as the compiler states it for other tools.
-pub const DESIGN_JSON: &str = include_str!(concat!(env!("OUT_DIR"), "/design.json"));
+pub const DESIGN_JSON: &str = include_str!(concat!(env!("OUT_DIR"), "/four_tank/design.json"));
