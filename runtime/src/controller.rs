@@ -282,7 +282,7 @@ impl<
         self.present = Present::Candidate;
     }
 
-    /// What the period is planned to be.
+    /// This period's plan.
     fn plan(&self) -> &Plan<NX, NU, N> {
         match &self.present {
             Present::Rest => &Plan::REST,
@@ -324,7 +324,8 @@ impl<
         (next.unwrap_or(previous), references)
     }
 
-    /// Whether this is the first step and the start does not stay where it is under the neighbours' starts.
+    /// Whether this is the first step and the start does not stay where it is under the neighbours' starts: then chi_0 is not
+    /// chi_ss, and (7a) does not hold over the first window.
     fn departs(&self, z: &[f64; NI]) -> bool {
         self.step == 0 && !self.trajectory.stays(&self.tables.model, z)
     }
