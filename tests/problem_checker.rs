@@ -273,16 +273,17 @@ impl<'a> Space<'a> {
         all[2 * sized.E.q.len()..].to_vec()
     }
 
-    /// Largest value of a direction over the kept facets, by an interior-point method, up to its tolerance.
+    /// Largest value of a direction over the kept facets, by an interior-point method, up to its tolerance. Every limit
+    /// is positive: rows that are at most 1 make that tolerance a relative one.
     fn maximise(&self, direction: &DVector<f64>) -> Option<f64> {
         let n = direction.len();
         let size = direction.norm();
-        let lengths: Vec<f64> = self.kept.iter().map(|(facet, _)| facet.norm()).collect();
-        let rows: Vec<Vec<f64>> =
-            self.kept.iter().zip(&lengths).map(|((facet, _), l)| (facet / *l).iter().copied().collect()).collect();
-        let b: Vec<f64> = self.kept.iter().zip(&lengths).map(|((_, limit), l)| limit / l).collect();
+        let row = |(facet, limit): &(DVector<f64>, f64)| facet.iter().map(|a| a / limit.max(1e-9)).collect();
+        let rows: Vec<Vec<f64>> = self.kept.iter().map(row).collect();
+        let b = vec![1.0; self.kept.len()];
         let cost: Vec<f64> = direction.iter().map(|d| -d / size).collect();
-        let settings = DefaultSettings { verbose: false, max_iter: 200, ..DefaultSettings::default() };
+        let settings =
+            DefaultSettings { verbose: false, max_iter: 200, tol_gap_rel: 1e-11, ..DefaultSettings::default() };
         let cones = [SupportedConeT::NonnegativeConeT(b.len())];
         let (P, A) = (CscMatrix::zeros((n, n)), CscMatrix::from(&rows));
         let mut solver = DefaultSolver::new(&P, &cost, &A, &b, &cones, settings).ok()?;
