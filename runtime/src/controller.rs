@@ -198,9 +198,8 @@ impl<
             self.present = Present::Candidate;
             input = add(&reference.u, &self.plan().now());
         }
-        if !control.is_admissible() {
-            self.confine(&mut input);
-        }
+        // An admissible input is inside up to rounding, which this removes.
+        self.confine(&mut input);
         let plan = self.plan();
         let telemetry = Telemetry {
             x_ref: reference.x,

@@ -165,7 +165,7 @@ impl Program {
                     zeta.enumerate().map(|(k, variable)| (variable, -gain[(r, k)] * (1.0 + 2.0 * TUBE_MARGIN))),
                 );
             }
-            self.at_least_zero(terms, -2.0 * floor[r]);
+            self.at_least_zero(terms, -2.5 * floor[r]);
         }
         for (k, proof) in self.proofs[i].tube_z.clone().iter().enumerate() {
             let mut terms = vec![(v.zeta.start + k, 1.0), (v.dz.start + k, -1.0 - 2.0 * TUBE_MARGIN)];

@@ -56,7 +56,7 @@ fn tubes(context: &Context, program: &Program, dz: &[DVector<f64>]) -> Option<Ve
         let (sets, proofs) = (&context.sets.subsystems[i], &program.proofs[i]);
         let strips = sets.tube.normals.nrows();
         let (q, zeta) = (starts[i], starts[i] + strips);
-        r.rows_mut(q, strips).copy_from(&(floor_support(&sets.tube.normals, &sets.floor) * 2.0));
+        r.rows_mut(q, strips).copy_from(&(floor_support(&sets.tube.normals, &sets.floor) * 2.2));
         r.rows_mut(zeta, s.nz()).copy_from(&(&dz[i] * (1.0 + TUBE_MARGIN)));
         for (a, proof) in proofs.tube.iter().enumerate() {
             (0..strips).for_each(|b| M[(q + a, q + b)] = proof.mu[b].abs());
