@@ -38,6 +38,9 @@
 //! | l~_h | tightened limit of a coupling constraint | `sizing::Sizing::l_tilde` | (26) |
 //! | V, w | i-DPC problem in least-distance form | `problems::DpcProblem` | (33)-(36) |
 
+// What Clarabel's semidefinite cone calls by name.
+use lapack_symbols as _;
+
 pub mod build;
 pub mod convex;
 pub mod design;

@@ -1,7 +1,7 @@
 //! Singular values by one-sided Jacobi rotations.
 //!
-//! nalgebra's own decomposition loses the vectors of singular matrices (the product of its factors is off by as much as the
-//! matrix), and an interior-point method ends near singular ones. Jacobi's method is the most accurate there is and, for
+//! nalgebra's own decomposition fails on many singular matrices (0.35: of random 16 x 16 ones of rank 3, values and
+//! product of the factors are off by up to the size of the matrix), and an interior-point method ends near singular ones. Jacobi's method is the most accurate there is and, for
 //! the sizes of a semidefinite cone, fast enough (Demmel and Veselic, "Jacobi's method is more accurate than QR",
 //! SIAM J. Matrix Anal. Appl. 13, 1992).
 

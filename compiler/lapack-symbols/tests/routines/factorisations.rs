@@ -168,6 +168,26 @@ fn eigenvalues_ascend_and_vectors_give_the_matrix_back() {
 }
 
 #[test]
+fn eigenvalues_of_singular_and_badly_scaled_matrices() {
+    let mut numbers = Numbers::new(18);
+    for n in [4, 8, 16] {
+        let thin = numbers.matrix(n, 2).dense();
+        let root = DMatrix::from_fn(n, n, |i, j| 0.01_f64.powi((i + j) as i32 / 2) * numbers.number());
+        let shift = DMatrix::from_fn(n, n, |i, j| f64::from(i.abs_diff(j) == 2));
+        for whole in
+            [&thin * thin.transpose(), &root + root.transpose(), shift, DMatrix::zeros(n, n), DMatrix::identity(n, n)]
+        {
+            let Eigen { values, vectors } = syevr(b'V', b'A', b'U', &whole, EVERYTHING.0, EVERYTHING.1);
+            let back = &vectors * DMatrix::from_diagonal(&values.clone().into()) * vectors.transpose();
+            assert!((back - &whole).amax() < 1e-13 * n as f64, "{whole}");
+            assert!((vectors.tr_mul(&vectors) - DMatrix::identity(n, n)).amax() < 1e-13 * n as f64, "{whole}");
+            let alone = syevr(b'N', b'A', b'U', &whole, EVERYTHING.0, EVERYTHING.1).values;
+            assert!(values.iter().zip(&alone).all(|(a, b)| (a - b).abs() < 1e-13 * n as f64), "{whole}");
+        }
+    }
+}
+
+#[test]
 fn eigenvalues_by_range() {
     let mut numbers = Numbers::new(15);
     let whole = symmetric(&mut numbers, 8);
