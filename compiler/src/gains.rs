@@ -13,7 +13,7 @@ use crate::network::{Network, Subsystem};
 use crate::optim::lyapunov::{Contraction, eigenvalues, lyapunov, spectral_radius};
 use crate::optim::riccati::lqr;
 use crate::optim::rounding::to_digits;
-pub use interconnection::Layer;
+pub use interconnection::{Layer, interconnection};
 pub use settle::{GainChoice, Settled, origin};
 
 /// After this point: A + BK, every F_ii and calF are Schur (proved by a Lyapunov certificate, not by eigenvalues
@@ -94,7 +94,11 @@ impl Gains {
 }
 
 impl SubsystemGains {
-    fn new(subsystem: &Subsystem) -> Result<Self, Diagnostics> {
+    /// The gains of one subsystem, by itself.
+    ///
+    /// # Errors
+    /// E0201, E0206 a Riccati equation has no stabilising solution, E0202 F_ii is not Schur.
+    pub fn new(subsystem: &Subsystem) -> Result<Self, Diagnostics> {
         let K = K_i(subsystem)?;
         let calK = calK_i(subsystem)?;
         let F = &subsystem.A + &subsystem.B * &K;

@@ -4,7 +4,8 @@ use nalgebra::DMatrix;
 
 use super::inequality::offers;
 use super::interconnection::Layer;
-use super::{Gains, SubsystemGains, each};
+use super::pairing::wrong_pairs;
+use super::{Collective, Gains, SubsystemGains, each};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::network::{Network, Subsystem};
 use crate::sets::{Sets, small_gain_matrix, worst_reference_share};
@@ -40,7 +41,7 @@ impl Settled {
     /// Those of [`Gains::new`] and [`Sets::new`] for the gains tried first, with what the matrix inequality has to say.
     pub fn new(network: Network) -> Result<Self, Diagnostics> {
         match network.gains {
-            GainChoice::Lqr => Self::with(network),
+            GainChoice::Lqr => Self::with(network).map_err(offered),
             GainChoice::Lmi => Self::by_inequality(network),
             GainChoice::Auto => Self::by_need(network),
         }
@@ -178,6 +179,15 @@ fn no_solution(layer: Layer, fastest: Option<f64>) -> Shortfall {
     })
 }
 
+/// `gains = "lqr"` where other gains might do.
+fn offered(mut errors: Diagnostics) -> Diagnostics {
+    let helps = blamed(&errors).is_some();
+    if let Some(error) = errors.0.first_mut().filter(|_| helps) {
+        error.helps.push("gains = \"auto\" goes on to a matrix inequality over all subsystems".to_owned());
+    }
+    errors
+}
+
 fn noted(Diagnostics(mut errors): Diagnostics, Shortfall(shortfall): &Shortfall) -> Diagnostics {
     if let Some(error) = errors.first_mut() {
         error.notes.push(shortfall.clone());
@@ -194,6 +204,11 @@ fn refused(network: &Network, layer: Layer, Shortfall(shortfall): &Shortfall) ->
     let title = format!("no gains for {assumption} come out of the matrix inequality");
     let place = network.places.gains.clone().unwrap_or_default();
     let error = Diagnostic::error(code, title).at(place, "asked for here").note(shortfall.clone());
+    let pairs = match layer {
+        Layer::Local => Vec::new(),
+        Layer::Reference => wrong_pairs(network, &Collective::new(network)),
+    };
+    let error = pairs.into_iter().fold(error, Diagnostic::note);
     error.help("leave `gains` out: local Riccati equations may do where the inequality does not").into()
 }
 

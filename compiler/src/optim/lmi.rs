@@ -135,16 +135,19 @@ impl<'a> Search<'a> {
         Some(Self { layout: Layout::new(&plant), given, prices, coordinates, plant })
     }
 
-    /// The smallest lambda for which the inequality has a solution with a margin that can be computed. Above 1: no
+    /// The smallest lambda for which the inequality has a solution with a margin, which keeps S from degenerating: the gains
+    /// beyond it are the ones nobody wants. Above 1: no
     /// block-diagonal S proves stability, and the number says by how much. |1 - lambda| is good to half a percent.
     ///
     /// `None` where even large lambda have none that the solver finds.
     pub fn fastest(&self) -> Option<f64> {
-        let settled = |rate: f64| self.centre(rate).is_some_and(|centre| centre.mu > MARGIN);
+        let wide = |search: &Self, rate: f64| search.centre(rate).is_some_and(|centre| centre.mu > MARGIN);
+        let settled = |rate: f64| wide(self, rate);
         // |1 - lambda| on a logarithmic scale: slow plants differ there.
         let slow = |t: f64| 1.0 - 10.0_f64.powf(-t);
         let fast = |t: f64| 1.0 + 10.0_f64.powf(t - SLOWEST);
-        if settled(slow(SLOWEST)) {
+        // Whether there is any decay at all shall not depend on where the coordinates come from.
+        if settled(slow(SLOWEST)) || self.centred(slow(SLOWEST)).is_some_and(|search| wide(&search, slow(SLOWEST))) {
             return Some(slow(bisect(0.0, SLOWEST, |t| settled(slow(t)))));
         }
         let decade = (0..=8).map(f64::from).find(|&t| settled(fast(t)))?;
@@ -409,5 +412,89 @@ impl Variables {
     fn Y(&self, x: &[f64]) -> Vec<DMatrix<f64>> {
         let one = |i: usize, m: usize, n: usize| DMatrix::from_fn(m, n, |a, b| x[self.y(i, a, b)]);
         self.Y.iter().enumerate().map(|(i, &(_, m, n))| one(i, m, n)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optim::lyapunov::spectral_radius;
+
+    fn scalar(value: f64) -> DMatrix<f64> {
+        DMatrix::from_element(1, 1, value)
+    }
+
+    /// Two scalars without inputs: A = [a c; c a].
+    fn pair(a: f64, c: f64) -> Interconnection {
+        let none = DMatrix::zeros(1, 0);
+        let entries = [((0, 0), a), ((0, 1), c), ((1, 0), c), ((1, 1), a)];
+        Interconnection {
+            A: entries.map(|(place, value)| (place, scalar(value))).into(),
+            B: entries.map(|(place, _)| (place, none.clone())).into(),
+        }
+    }
+
+    fn free() -> [Price; 2] {
+        [(); 2].map(|()| Price { Q: scalar(1.0), R: DMatrix::zeros(0, 0) })
+    }
+
+    /// A symmetric matrix contracts in Euclid's norm by its radius, and in no norm by less.
+    #[test]
+    fn the_fastest_rate_of_a_symmetric_matrix_is_its_radius() {
+        for (a, c, radius) in [(0.5, 0.3, 0.8), (0.2, -0.7, 0.9), (0.9, 0.3, 1.2), (0.95, 0.049, 0.999)] {
+            let (plant, prices) = (pair(a, c), free());
+            let rate = Search::new(&plant, &prices).and_then(|search| search.fastest()).unwrap();
+            assert!(
+                rate >= radius - 1e-6 && (rate - radius).abs() <= 0.006 * (1.0_f64 - radius).abs(),
+                "{rate} {radius}"
+            );
+        }
+    }
+
+    /// With S = diag(s, 1), s large, a one-way coupling disappears; how large s may be is bounded by the margin.
+    #[test]
+    fn one_way_couplings_do_no_harm() {
+        let mut plant = pair(0.5, 0.0);
+        plant.A.insert((0, 1), scalar(20.0));
+        let prices = free();
+        let rate = Search::new(&plant, &prices).and_then(|search| search.fastest()).unwrap();
+        assert!((0.5..0.6).contains(&rate), "{rate}");
+    }
+
+    fn double_integrator() -> (Interconnection, [Price; 1]) {
+        let A = DMatrix::from_row_slice(2, 2, &[1.0, 0.1, 0.0, 1.0]);
+        let B = DMatrix::from_row_slice(2, 1, &[0.005, 0.1]);
+        let Q = DMatrix::from_diagonal(&DVector::from_vec(vec![3.0, 0.5]));
+        (Interconnection { A: [((0, 0), A)].into(), B: [((0, 0), B)].into() }, [Price { Q, R: scalar(0.2) }])
+    }
+
+    /// Without a rate to keep, one subsystem's cheapest gain is that of its Riccati equation, whatever W.
+    #[test]
+    fn the_cheapest_gain_of_one_subsystem_is_the_regulator() {
+        let (plant, prices) = double_integrator();
+        let found = Search::new(&plant, &prices).unwrap().gains(0.9999).unwrap();
+        let K = lqr(&plant.A[&(0, 0)], &plant.B[&(0, 0)], &prices[0].Q, &prices[0].R).unwrap();
+        assert!((&found.K[0] - &K).norm() < 2e-2 * K.norm(), "{} {K}", found.K[0]);
+    }
+
+    #[test]
+    fn faster_rates_are_kept_and_cost_gain() {
+        let (plant, prices) = double_integrator();
+        let search = Search::new(&plant, &prices).unwrap();
+        let mut last = 0.0;
+        for rate in [0.9, 0.7, 0.5, 0.3] {
+            let found = search.gains(rate).unwrap();
+            assert!(plant.shrinks(&found.K, &found.S, rate));
+            let radius = spectral_radius(&plant.closed_loop(&found.K));
+            assert!(radius <= rate && found.K[0].norm() > last, "{radius}");
+            last = found.K[0].norm();
+            assert!(!plant.shrinks(&found.K, &found.S, 0.9 * radius), "a rate below the radius was believed");
+        }
+    }
+
+    #[test]
+    fn what_no_input_moves_has_no_search() {
+        let (plant, prices) = (pair(1.1, 0.0), free());
+        assert!(Search::new(&plant, &prices).is_none());
     }
 }
