@@ -10,12 +10,16 @@ use crate::optim::lmi::{Interconnection, Search};
 /// Where the decay rates on offer lie between 1 (0) and the fastest (1).
 const SHARES: [f64; 6] = [0.01, 0.1, 0.3, 0.5, 0.7, 0.9];
 
-/// Gains of one layer for several decay rates, slowest and cheapest first, each proved for the rounded numbers: one gain
-/// per subsystem, the given ones as given.
+/// Shows `taken` gains of one layer for several decay rates, slowest and cheapest first, until it has enough (false). Each is
+/// proved for the rounded numbers and has one gain per subsystem, the given ones as given.
 ///
 /// # Errors
 /// The fastest rate the inequality has a solution for, where it is not below 1, or `None` where the solver finds nothing at all.
-pub fn offers(network: &Network, layer: Layer) -> Result<Vec<Vec<DMatrix<f64>>>, Option<f64>> {
+pub fn offer(
+    network: &Network,
+    layer: Layer,
+    mut taken: impl FnMut(Vec<DMatrix<f64>>) -> bool,
+) -> Result<(), Option<f64>> {
     let (plant, prices) = interconnection(network, layer);
     let search = Search::new(&plant, &prices).ok_or(None)?;
     let fastest = search.fastest().ok_or(None)?;
@@ -23,7 +27,9 @@ pub fn offers(network: &Network, layer: Layer) -> Result<Vec<Vec<DMatrix<f64>>>,
         return Err(Some(fastest));
     }
     let rates = SHARES.map(|share| 1.0 - share * (1.0 - fastest));
-    Ok(rates.iter().filter_map(|&rate| proved(network, layer, &plant, &search, rate)).collect())
+    let mut proved = rates.iter().filter_map(|&rate| proved(network, layer, &plant, &search, rate));
+    while proved.next().is_some_and(&mut taken) {}
+    Ok(())
 }
 
 /// Gains for one rate, rounded like all gains, if the inequality still holds with them.

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::inequality::offers;
+use super::inequality::offer;
 use super::interconnection::Layer;
 use super::pairing::wrong_pairs;
 use super::{Collective, Gains, SubsystemGains, each};
@@ -103,11 +103,9 @@ struct Shortfall(String);
 
 /// `network` with gains of the inequality in one layer.
 fn improved(network: &Network, layer: Layer) -> Result<Network, Shortfall> {
-    let offers = offers(network, layer).map_err(|fastest| no_solution(layer, fastest))?;
-    let networks = offers.iter().map(|gains| with_gains(network, layer, gains));
     match layer {
-        Layer::Local => quietest(networks.collect()),
-        Layer::Reference => roomiest(networks.collect()),
+        Layer::Local => quietest(network),
+        Layer::Reference => roomiest(network),
     }
 }
 
@@ -127,43 +125,65 @@ fn with_gains(network: &Network, layer: Layer, gains: &[DMatrix<f64>]) -> Networ
 
 /// The first whose small-gain radius is small, else the one with the smallest radius, of those with the sets that
 /// Assumption 4 asks for.
-fn quietest(networks: Vec<Network>) -> Result<Network, Shortfall> {
-    let radius = |network: &Network| {
-        let gains = each(&network.subsystems, SubsystemGains::new).ok()?;
-        Some(small_gain_matrix(network, &gains).1).filter(|radius| radius.is_finite())
+fn quietest(network: &Network) -> Result<Network, Shortfall> {
+    let (mut good, mut others) = (None, Vec::new());
+    let judge = |gains: Vec<DMatrix<f64>>| {
+        let network = with_gains(network, Layer::Local, &gains);
+        match small_gain_radius(&network) {
+            Some(radius) if radius <= SMALL && stands(&network) => good = Some(network),
+            Some(radius) => others.push((radius, network)),
+            None => {}
+        }
+        good.is_none()
     };
-    let mut ranked: Vec<_> = networks.into_iter().filter_map(|network| Some((radius(&network)?, network))).collect();
-    // Stable: of equals, and all small ones count as equal, the slowest stays first.
-    ranked.sort_by(|(a, _), (b, _)| a.max(SMALL).total_cmp(&b.max(SMALL)));
-    let best = ranked.first().map(|(radius, _)| *radius);
-    let stands = |network: &Network| match attempt(network) {
-        Ok(_) => true,
-        Err(errors) => blamed(&errors) == Some(Layer::Reference),
-    };
-    let found = ranked.into_iter().map(|(_, network)| network).find(stands);
-    found.ok_or_else(|| Shortfall(match best {
-        Some(best) if best >= 1.0 => format!("the matrix inequality for all K_i together has solutions, but the small-gain radius is {best:.4} with the best of them"),
-        Some(best) => format!("the matrix inequality for all K_i together has solutions with a small-gain radius of {best:.4}, but the sets were not found for them either"),
-        None => "the matrix inequality for all K_i together has a solution, but none that survives rounding".to_owned(),
-    }))
+    offer(network, Layer::Local, judge).map_err(|fastest| no_solution(Layer::Local, fastest))?;
+    others.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    let best = others.first().map(|(radius, _)| *radius);
+    let standing = || others.into_iter().find(|(radius, network)| *radius < 1.0 && stands(network));
+    good.or_else(|| standing().map(|(_, network)| network)).ok_or_else(|| loud(best))
+}
+
+fn small_gain_radius(network: &Network) -> Option<f64> {
+    let gains = each(&network.subsystems, SubsystemGains::new).ok()?;
+    Some(small_gain_matrix(network, &gains).1).filter(|radius| radius.is_finite())
+}
+
+/// Whether nothing is left to blame the K_i for.
+fn stands(network: &Network) -> bool {
+    attempt(network).map_or_else(|errors| blamed(&errors) == Some(Layer::Reference), |_| true)
+}
+
+fn loud(best: Option<f64>) -> Shortfall {
+    let solved = "the matrix inequality for all K_i together has solutions";
+    Shortfall(match best {
+        Some(best) if best >= 1.0 => format!("{solved}, but the small-gain radius is {best:.4} with the best of them"),
+        Some(best) => {
+            format!("{solved} with a small-gain radius of {best:.4}, but the sets were not found for them either")
+        }
+        None => format!("{solved}, but none that survives rounding"),
+    })
 }
 
 /// Small-gain radii up to here are as good as smaller ones.
 const SMALL: f64 = 0.5;
 
 /// The one that takes the smallest share of X_i and U_i for references that move.
-fn roomiest(networks: Vec<Network>) -> Result<Network, Shortfall> {
-    let share = |network: &Network| {
-        let gains = Gains::new(network).ok()?;
-        worst_reference_share(network, &gains).ok().filter(|share| share.is_finite())
+fn roomiest(network: &Network) -> Result<Network, Shortfall> {
+    let mut best: Option<(f64, Network)> = None;
+    let judge = |gains: Vec<DMatrix<f64>>| {
+        let network = with_gains(network, Layer::Reference, &gains);
+        let share = reference_share(&network).filter(|share| best.as_ref().is_none_or(|(least, _)| share < least));
+        best = share.map(|share| (share, network)).or(best.take());
+        true
     };
-    let shares = networks.into_iter().filter_map(|network| Some((share(&network)?, network)));
-    let best = shares.min_by(|(a, _), (b, _)| a.total_cmp(b));
-    best.map(|(_, network)| network).ok_or_else(|| {
-        Shortfall(
-            "the matrix inequality for all calK_i together has a solution, but none that survives rounding".to_owned(),
-        )
-    })
+    offer(network, Layer::Reference, judge).map_err(|fastest| no_solution(Layer::Reference, fastest))?;
+    let none = "the matrix inequality for all calK_i together has solutions, but none that survives rounding";
+    best.map(|(_, network)| network).ok_or_else(|| Shortfall(none.to_owned()))
+}
+
+fn reference_share(network: &Network) -> Option<f64> {
+    let gains = Gains::new(network).ok()?;
+    worst_reference_share(network, &gains).ok().filter(|share| share.is_finite())
 }
 
 fn no_solution(layer: Layer, fastest: Option<f64>) -> Shortfall {
