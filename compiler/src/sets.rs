@@ -473,10 +473,20 @@ impl References {
 
     /// The rows of X_i on xref and of U_i on uref = calK chi.
     fn shares(&self, i: usize, s: &Subsystem, g: &SubsystemGains) -> (Vec<ReferenceShare>, Vec<ReferenceShare>) {
-        let on_u = &s.U.H * g.calK();
-        let x_rows = s.X.H.row_iter().map(|row| self.share(i, row.iter().copied())).collect();
-        let u_rows = on_u.row_iter().map(|row| self.share(i, row.iter().copied())).collect();
-        (x_rows, u_rows)
+        (self.rows(i, &s.X.H), self.rows(i, &(&s.U.H * g.calK())))
+    }
+
+    /// Delta^chi is symmetric: an opposite row takes the same of it.
+    fn rows(&self, i: usize, rows: &DMatrix<f64>) -> Vec<ReferenceShare> {
+        let mut shares: Vec<ReferenceShare> = Vec::new();
+        for (r, row) in rows.row_iter().enumerate() {
+            let opposite = (0..r).find(|&other| rows.row(other) == -row);
+            shares.push(match opposite {
+                Some(other) => ReferenceShare { steady: -&shares[other].steady, ..shares[other].clone() },
+                None => self.share(i, row.iter().copied()),
+            });
+        }
+        shares
     }
 
     fn share(&self, i: usize, row: impl Iterator<Item = f64>) -> ReferenceShare {

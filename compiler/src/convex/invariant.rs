@@ -45,7 +45,8 @@ pub fn rpi_on_normals(P: &DMatrix<f64>, F: &DMatrix<f64>, r: &DVector<f64>) -> O
     None
 }
 
-const STEPS: usize = 400;
+/// Where no contracting choice of multipliers has shown by then, none does.
+const STEPS: usize = 50;
 
 /// q = |Lambda| q + r where the spectral radius is below 1.
 fn fixed_point(abs: &DMatrix<f64>, r: &DVector<f64>) -> Option<DVector<f64>> {
