@@ -58,7 +58,8 @@ pub struct SubsystemGains {
 }
 
 impl Gains {
-    /// Gains by local Riccati equations (or as given), then Assumptions 1, 2, 3.
+    /// Gains as given, as settled by the matrix inequality, or by local Riccati equations; then Assumptions 1, 2, 3.
+    /// [`Settled::new`] chooses between the latter two.
     ///
     /// # Errors
     /// E0201 a subsystem has no stabilising Riccati gain, E0202 F_ii is not Schur, E0203 A + BK is not Schur,
