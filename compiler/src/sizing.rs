@@ -7,6 +7,7 @@
 //! once more with upper bounds that include rounding.
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
+mod appraise;
 mod diagnose;
 mod program;
 mod settle;
@@ -22,6 +23,8 @@ use crate::optim::conic::Answer;
 use crate::sets::{Sets, closed_loop_z, floor_support, import_gain};
 use program::{Asks, Program};
 
+pub use appraise::{Aim, Merit, Stage};
+
 /// After this point: (21), (22), (25a), (25b), (26) hold with the recorded slack, which is never negative, and no
 /// set is empty.
 #[derive(Debug)]
@@ -31,6 +34,8 @@ pub struct Sizing {
     pub subsystems: Vec<SubsystemSizing>,
     /// The tightened limits of (26), per coupling constraint.
     pub l_tilde: Vec<f64>,
+    /// What the program maximised, at its solution: the weighted sum of logarithms of [`crate::network::Wishes`].
+    pub objective: f64,
     /// Every inclusion that Theorem 1 leans on, with what is left of it.
     pub slacks: Vec<Slack>,
     /// What another reserve would mean, for the summary; the chosen point has `reserve` 1.
@@ -84,7 +89,7 @@ pub struct TradePoint {
 
 /// The multipliers of one subsystem: what makes the program linear.
 #[derive(Debug, Clone)]
-struct Proofs {
+pub struct Proofs {
     /// Normals of E_i and of Sigma_i: those of the stage before, or fewer.
     tube_normals: DMatrix<f64>,
     terminal_normals: DMatrix<f64>,
@@ -114,7 +119,8 @@ impl Sizing {
     /// inclusion does not survive rounding.
     pub fn new(network: &Network, gains: &Gains, sets: &Sets) -> Result<Self, Diagnostics> {
         let context = Context { network, gains, sets };
-        let (program, point) = context.optimise()?;
+        let (program, point) = context.optimise(&Asks::default(), ROUNDS)?;
+        let (program, point) = context.without_idle_strips(&program).unwrap_or((program, point));
         let mut sizing = settle::settle(&context, &program, &point)?;
         sizing.slacks = verify::verify(&context, &program.proofs, &sizing)?;
         sizing.trade = trade(&context, &program, &sizing);
@@ -126,15 +132,15 @@ const ROUNDS: usize = 6;
 
 impl Context<'_> {
     /// Alternates between the program and its multipliers until a round gains less than 1e-4 of the objective.
-    fn optimise(&self) -> Result<(Program, Vec<f64>), Diagnostics> {
-        let mut program = Program::new(self, self.nominal_proofs()?, &Asks::default());
+    fn optimise(&self, asks: &Asks, rounds: usize) -> Result<(Program, Vec<f64>), Diagnostics> {
+        let mut program = Program::new(self, self.nominal_proofs()?, asks);
         let mut point = match program.solve() {
             Answer::Point(point) => point,
             other => return Err(diagnose::no_point(self, &program, other)),
         };
-        for _ in 0..ROUNDS {
+        for _ in 0..rounds {
             let Some(proofs) = self.better_proofs(&program, &point) else { break };
-            let next = Program::new(self, proofs, &Asks::default());
+            let next = Program::new(self, proofs, asks);
             let Answer::Point(better) = next.solve() else { break };
             let gain = next.objective(&better) - program.objective(&point);
             if gain <= 0.0 {
@@ -145,7 +151,7 @@ impl Context<'_> {
                 break;
             }
         }
-        Ok(self.without_idle_strips(&program).unwrap_or((program, point)))
+        Ok((program, point))
     }
 
     /// The same program without the strips of Sigma_i that no proof rests on.

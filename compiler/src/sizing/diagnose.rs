@@ -33,15 +33,19 @@ pub fn no_proof(context: &Context, i: usize) -> Diagnostic {
 }
 
 /// The largest value of a goal, and the rows that stop it.
-struct Limit {
-    value: f64,
+pub struct Limit {
+    pub value: f64,
     /// (subsystem, row) pairs without slack.
     tight: Vec<(usize, String)>,
 }
 
 impl Limit {
     fn of(context: &Context, program: &Program, goal: Goal) -> Option<Self> {
-        let program = Program::new(context, program.proofs.clone(), &Asks { goal, ..Asks::default() });
+        Self::with(context, program, &Asks { goal, ..Asks::default() })
+    }
+
+    pub fn with(context: &Context, program: &Program, asks: &Asks) -> Option<Self> {
+        let program = Program::new(context, program.proofs.clone(), asks);
         let Answer::Point(point) = program.solve() else { return None };
         let value = program.factor(&point).unwrap_or_else(|| program.epsilon(&point));
         let tight = program.rows.iter().filter(|(_, _, row)| program.left(*row, &point) < 1e-6);
