@@ -21,7 +21,8 @@ use crate::gains::Gains;
 use crate::network::Network;
 use crate::optim::conic::Answer;
 use crate::sets::{Sets, closed_loop_z, floor_support, import_gain};
-use program::{Asks, Program};
+pub use program::CAP;
+use program::{Asks, Goal, Program};
 
 pub use appraise::{Aim, Merit, Stage};
 
@@ -61,6 +62,8 @@ pub struct SubsystemSizing {
     /// What the references take of each row of X_i and of U_i: H xref <= x_ref, H uref <= u_ref at all times.
     pub x_ref: DVector<f64>,
     pub u_ref: DVector<f64>,
+    /// Largest |x+ - x| of a state that references may start from: what the margins left over absorb.
+    pub drift: DVector<f64>,
     /// How far each state may be off its reference at the terminal step, alone: the half-axes of Sigma_i.
     pub upset: DVector<f64>,
 }
@@ -112,6 +115,22 @@ struct Context<'a> {
     sets: &'a Sets,
 }
 
+/// Why the program has no optimum.
+enum Failure {
+    NoProof(Diagnostics),
+    /// With the best multipliers known.
+    NoPoint(Vec<Proofs>, Answer),
+}
+
+impl Failure {
+    fn explained(self, context: &Context) -> Diagnostics {
+        match self {
+            Self::NoProof(mistakes) => mistakes,
+            Self::NoPoint(proofs, answer) => diagnose::no_point(context, proofs, answer),
+        }
+    }
+}
+
 impl Sizing {
     /// # Errors
     /// E0401 epsilon leaves no room for any set-point, E0402 the wanted reserve, E0403 the set-points to cover are
@@ -119,10 +138,12 @@ impl Sizing {
     /// inclusion does not survive rounding.
     pub fn new(network: &Network, gains: &Gains, sets: &Sets) -> Result<Self, Diagnostics> {
         let context = Context { network, gains, sets };
-        let (program, point) = context.optimise(&Asks::default(), ROUNDS)?;
+        let (program, point) =
+            context.optimise(&Asks::default(), ROUNDS).map_err(|failure| failure.explained(&context))?;
         let (program, point) = context.without_idle_strips(&program).unwrap_or((program, point));
         let mut sizing = settle::settle(&context, &program, &point)?;
         sizing.slacks = verify::verify(&context, &program.proofs, &sizing)?;
+        settle::admit_drift(&context, &program, &mut sizing);
         sizing.trade = trade(&context, &program, &sizing);
         Ok(sizing)
     }
@@ -132,12 +153,8 @@ const ROUNDS: usize = 6;
 
 impl Context<'_> {
     /// Alternates between the program and its multipliers until a round gains less than 1e-4 of the objective.
-    fn optimise(&self, asks: &Asks, rounds: usize) -> Result<(Program, Vec<f64>), Diagnostics> {
-        let mut program = Program::new(self, self.nominal_proofs()?, asks);
-        let mut point = match program.solve() {
-            Answer::Point(point) => point,
-            other => return Err(diagnose::no_point(self, &program, other)),
-        };
+    fn optimise(&self, asks: &Asks, rounds: usize) -> Result<(Program, Vec<f64>), Failure> {
+        let (mut program, mut point) = self.first_point(asks, rounds)?;
         for _ in 0..rounds {
             let Some(proofs) = self.better_proofs(&program, &point) else { break };
             let next = Program::new(self, proofs, asks);
@@ -152,6 +169,32 @@ impl Context<'_> {
             }
         }
         Ok((program, point))
+    }
+
+    /// Any point that grants what is asked. Where the nominal multipliers give none, better ones are looked for on the
+    /// way to the largest share of it.
+    fn first_point(&self, asks: &Asks, rounds: usize) -> Result<(Program, Vec<f64>), Failure> {
+        let mut proofs = self.nominal_proofs().map_err(Failure::NoProof)?;
+        for _ in 0..rounds {
+            let program = Program::new(self, proofs.clone(), asks);
+            match program.solve() {
+                Answer::Point(point) => return Ok((program, point)),
+                answer => match self.towards(&Asks { goal: Goal::All, ..asks.clone() }, &proofs) {
+                    Some(better) => proofs = better,
+                    None => return Err(Failure::NoPoint(proofs, answer)),
+                },
+            }
+        }
+        Err(Failure::NoPoint(proofs, Answer::Infeasible))
+    }
+
+    /// Multipliers at the optimum of what is asked; `None` where there is none.
+    fn towards(&self, asks: &Asks, proofs: &[Proofs]) -> Option<Vec<Proofs>> {
+        let program = Program::new(self, proofs.to_vec(), asks);
+        match program.solve() {
+            Answer::Point(point) => self.better_proofs(&program, &point),
+            _ => None,
+        }
     }
 
     /// The same program without the strips of Sigma_i that no proof rests on.

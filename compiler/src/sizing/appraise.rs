@@ -2,9 +2,8 @@
 
 use nalgebra::DVector;
 
-use super::diagnose::Limit;
 use super::program::{Asks, Goal, Program};
-use super::{Context, Proofs};
+use super::{Context, Failure, Proofs};
 use crate::gains::Gains;
 use crate::network::Network;
 use crate::optim::conic::Answer;
@@ -60,10 +59,8 @@ impl Aim {
         let context = Context { network, gains, sets };
         match context.optimise(&self.asks(), ROUNDS) {
             Ok((program, point)) => (designed(&program, &point), Some(program.proofs)),
-            Err(_) => match context.nominal_proofs() {
-                Ok(proofs) => (self.shortfall(&context, &proofs), Some(proofs)),
-                Err(_) => (shapeless(sets), None),
-            },
+            Err(Failure::NoPoint(proofs, _)) => (self.shortfall(&context, &proofs), Some(proofs)),
+            Err(Failure::NoProof(_)) => (shapeless(sets), None),
         }
     }
 
@@ -88,8 +85,13 @@ impl Aim {
 
     /// Which wish fails first, and by how much; the order is that of the messages of [`super::Sizing::new`].
     fn shortfall(&self, context: &Context, proofs: &[Proofs]) -> Merit {
-        let program = Program::new(context, proofs.to_vec(), &self.asks());
-        let limit = |goal| Limit::with(context, &program, &Asks { goal, ..self.asks() }).map(|limit| limit.value);
+        let limit = |goal| {
+            let program = Program::new(context, proofs.to_vec(), &Asks { goal, ..self.asks() });
+            match program.solve() {
+                Answer::Point(point) => Some(program.factor(&point).unwrap_or_else(|| program.epsilon(&point))),
+                _ => None,
+            }
+        };
         if let Some(epsilon) = context.network.reference.epsilon
             && let Some(value) = limit(Goal::Epsilon).filter(|value| *value < epsilon * (1.0 + 1e-6))
         {

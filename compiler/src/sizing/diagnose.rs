@@ -1,23 +1,23 @@
 //! Why the program has no point: which wish is too large, and how large it may be.
 
-use super::Context;
 use super::program::{Asks, Goal, Program};
+use super::{Context, Proofs, ROUNDS};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, code};
 use crate::optim::conic::Answer;
 
 /// Drops the wishes one after the other and says which one was too much, with the largest value that is not.
-pub fn no_point(context: &Context, program: &Program, answer: Answer) -> Diagnostics {
+pub fn no_point(context: &Context, proofs: Vec<Proofs>, answer: Answer) -> Diagnostics {
     let given = context.network.reference.epsilon;
     if let Some(epsilon) = given
-        && let Some(limit) = Limit::of(context, program, Goal::Epsilon)
+        && let Some(limit) = Limit::of(context, &proofs, Goal::Epsilon)
         && limit.value < epsilon * (1.0 + 1e-6)
     {
         return epsilon_too_large(context, epsilon, &limit).into();
     }
-    if let Some(limit) = Limit::of(context, program, Goal::Reserve).filter(|limit| limit.value < 1.0 - 1e-6) {
+    if let Some(limit) = Limit::of(context, &proofs, Goal::Reserve).filter(|limit| limit.value < 1.0 - 1e-6) {
         return reserve_too_large(context, &limit).into();
     }
-    if let Some(limit) = Limit::of(context, program, Goal::Cover).filter(|limit| limit.value < 1.0 - 1e-6) {
+    if let Some(limit) = Limit::of(context, &proofs, Goal::Cover).filter(|limit| limit.value < 1.0 - 1e-6) {
         return cover_too_large(context, &limit).into();
     }
     not_solved(context, &answer).into()
@@ -33,23 +33,31 @@ pub fn no_proof(context: &Context, i: usize) -> Diagnostic {
 }
 
 /// The largest value of a goal, and the rows that stop it.
-pub struct Limit {
-    pub value: f64,
+struct Limit {
+    value: f64,
     /// (subsystem, row) pairs without slack.
     tight: Vec<(usize, String)>,
 }
 
 impl Limit {
-    fn of(context: &Context, program: &Program, goal: Goal) -> Option<Self> {
-        Self::with(context, program, &Asks { goal, ..Asks::default() })
-    }
-
-    pub fn with(context: &Context, program: &Program, asks: &Asks) -> Option<Self> {
-        let program = Program::new(context, program.proofs.clone(), asks);
-        let Answer::Point(point) = program.solve() else { return None };
-        let value = program.factor(&point).unwrap_or_else(|| program.epsilon(&point));
-        let tight = program.rows.iter().filter(|(_, _, row)| program.left(*row, &point) < 1e-6);
-        Some(Self { value, tight: tight.map(|(i, name, _)| (*i, name.clone())).collect() })
+    /// The best of a few rounds, each with the multipliers of the one before.
+    fn of(context: &Context, proofs: &[Proofs], goal: Goal) -> Option<Self> {
+        let mut best: Option<Self> = None;
+        let mut proofs = proofs.to_vec();
+        for _ in 0..ROUNDS {
+            let program = Program::new(context, proofs, &Asks { goal, ..Asks::default() });
+            let Answer::Point(point) = program.solve() else { break };
+            let value = program.factor(&point).unwrap_or_else(|| program.epsilon(&point));
+            if best.as_ref().is_none_or(|best| value > best.value) {
+                let tight = program.rows.iter().filter(|(_, _, row)| program.left(*row, &point) < 1e-6);
+                best = Some(Self { value, tight: tight.map(|(i, name, _)| (*i, name.clone())).collect() });
+            }
+            match context.better_proofs(&program, &point) {
+                Some(better) => proofs = better,
+                None => break,
+            }
+        }
+        best
     }
 
     fn rows(&self, context: &Context) -> String {
@@ -58,7 +66,7 @@ impl Limit {
             .iter()
             .map(|(i, name)| format!("`{name}` of `{}`", context.network.subsystems[*i].name))
             .collect();
-        if names.is_empty() { "the small-gain loop".to_owned() } else { names.join(", ") }
+        if names.is_empty() { "the coupling between the subsystems".to_owned() } else { names.join(", ") }
     }
 }
 

@@ -3,12 +3,12 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::program::{MARGIN, Program, TUBE_MARGIN};
-use super::verify::{Bounds, Tightening, taken, terminal_rows};
+use super::verify::{Bounds, Tightening, size_of_z, taken, terminal_rows};
 use super::{Context, Sizing, SubsystemSizing};
 use crate::convex::{Box, Multiplier, Polytope, Strips};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::optim::rounding::{down_to_digits, to_digits, up_to_digits};
-use crate::sets::{ReferenceShare, closed_loop_z, floor_support, import_gain};
+use crate::sets::{ReferenceShare, floor_support, import_gain};
 
 /// Digits of what the solver chose (epsilon, Y_i, Delta_i^z): its own accuracy, and pleasant to read.
 const CHOSEN: usize = 6;
@@ -58,7 +58,7 @@ fn tubes(context: &Context, program: &Program, dz: &[DVector<f64>]) -> Option<Ve
         let (sets, proofs) = (&context.sets.subsystems[i], &program.proofs[i]);
         let strips = sets.tube.normals.nrows();
         let (q, zeta) = (starts[i], starts[i] + strips);
-        r.rows_mut(q, strips).copy_from(&(floor_support(&sets.tube.normals, &sets.floor) * 2.0));
+        r.rows_mut(q, strips).copy_from(&(floor_support(&sets.tube.normals, &sets.floor) * 2.2));
         r.rows_mut(zeta, s.nz()).copy_from(&(&dz[i] * (1.0 + TUBE_MARGIN)));
         for (a, proof) in proofs.tube.iter().enumerate() {
             (0..strips).for_each(|b| M[(q + a, q + b)] = proof.mu[b].abs());
@@ -123,6 +123,7 @@ fn subsystem(
         },
         x_ref: DVector::zeros(0),
         u_ref: DVector::zeros(0),
+        drift: DVector::zeros(0),
         upset: DVector::zeros(0),
         zeta,
         dz,
@@ -136,7 +137,7 @@ fn fitted_terminal(context: &Context, program: &Program, i: usize, sigma: DVecto
     let (proofs, normals) = (&program.proofs[i], &program.proofs[i].terminal_normals);
     let (s, g) = (&context.network.subsystems[i], &context.gains.subsystems[i]);
     let set = Strips { P: normals.clone(), q: invariant(&proofs.terminal, sigma).map(|v| to_digits(v, DERIVED)) };
-    let taken = Bounds::new(&set).all(&proofs.terminal_z, &closed_loop_z(s, g));
+    let taken = Bounds::new(&set).all(&proofs.terminal_z, &size_of_z(s, g));
     let fits = dz.iter().zip(&taken).map(|(dz, taken)| dz / taken * (1.0 - 1e-9)).fold(1.0, f64::min);
     Strips { q: set.q.map(|v| to_digits(v * fits, DERIVED)), ..set }
 }
@@ -183,6 +184,26 @@ fn shrink(context: &Context, sizing: &mut Sizing, factor: f64) {
             sized.Y.max[k] = end(sized.Y.max[k], high);
             sized.Y.min[k] = 0.0 - end(-sized.Y.min[k], -low);
         }
+    }
+}
+
+/// A start that drifts by a share of the floor: at most a tenth of it, so that W_i has room for it while the references
+/// do not follow (7a), and so little that what is left of every row of (25b) absorbs the transient it starts.
+pub fn admit_drift(context: &Context, program: &Program, sizing: &mut Sizing) {
+    let mut share: f64 = 0.1;
+    for (i, sets) in context.sets.subsystems.iter().enumerate() {
+        let sized = &sizing.subsystems[i];
+        let (of_x, of_u) = terminal_rows(context, &program.proofs[i], i, &sized.Sigma);
+        let x = sets.x_rows.iter().zip(&sized.X_nom.h).zip(&sized.x_ref).zip(&of_x);
+        let u = sets.u_rows.iter().zip(&sized.U_nom.h).zip(&sized.u_ref).zip(&of_u);
+        for (((row, room), references), terminal) in x.chain(u) {
+            if row.drift > 0.0 {
+                share = share.min((room - references - terminal).max(0.0) / row.drift);
+            }
+        }
+    }
+    for (sets, sized) in context.sets.subsystems.iter().zip(&mut sizing.subsystems) {
+        sized.drift = sets.floor.map(|floor| down_to_digits(floor * share, CHOSEN));
     }
 }
 

@@ -82,8 +82,8 @@ fn choice(title: impl Into<String>, place: Place) -> Diagnostic {
 
 fn sizing(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Sizing> {
     let mut table = Table::of("`sizing`", value, errors)?;
-    let keys = ["y-weight", "reserve-weight", "terminal-weight", "epsilon-weight", "facet-loss"];
-    let [y_weight, reserve_weight, terminal_weight, epsilon_weight, facet_loss] =
+    let keys = ["y-weight", "reserve-weight", "terminal-weight", "epsilon-weight", "end-weight", "facet-loss"];
+    let [y_weight, reserve_weight, terminal_weight, epsilon_weight, end_weight, facet_loss] =
         keys.map(|key| table.optional(key, errors, finite));
     let symmetric = table.optional("symmetric", errors, boolean);
     let effort = table.optional("effort", errors, integer);
@@ -91,7 +91,7 @@ fn sizing(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Sizing> {
     let place = Some(value.place.clone());
     #[rustfmt::skip]
     let sizing = Sizing {
-        place, y_weight, reserve_weight, terminal_weight, epsilon_weight, facet_loss, symmetric, effort,
+        place, y_weight, reserve_weight, terminal_weight, epsilon_weight, end_weight, facet_loss, symmetric, effort,
     };
     Some(sizing)
 }
