@@ -55,7 +55,6 @@ struct Subsystem<'a> {
     u_hat: Set,
     sigma: Set,
     y_set: Set,
-    /// The model class has no exogenous disturbance yet.
     disturbance: Option<Set>,
 }
 
@@ -129,7 +128,7 @@ impl<'a> Subsystem<'a> {
             u_hat: Set::polytope(&sizes.U_nom),
             sigma: Set::strips(&sizes.Sigma),
             y_set: Set::intervals(&sizes.Y),
-            disturbance: None,
+            disturbance: model.w.as_ref().map(|w| Set::polytope(&w.set)),
         }
     }
 }

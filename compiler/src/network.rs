@@ -4,6 +4,7 @@
 mod blocks;
 mod collective;
 mod constraints;
+mod disturbance;
 mod form;
 mod interaction;
 mod limits;
@@ -20,6 +21,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::convex::Bounded;
 /// q of (6), (30).
 pub use crate::convex::RateNorm as Norm;
 use crate::diagnostic::{Diagnostics, Place, Source};
@@ -105,6 +107,11 @@ pub struct Subsystem {
     pub X: NamedPolytope,
     /// U_i, over the inputs.
     pub U: NamedPolytope,
+    /// Exogenous disturbance w in `x+ = A x + B u + E s + w`: nothing is known of it but that it stays in this set, which
+    /// holds 0. `None`: there is none.
+    pub w: Option<Bounded>,
+    /// |v_k| <= entry k, where the controller is given x + v for the state x.
+    pub measurement_error: DVector<f64>,
     /// Q_i of (34), symmetric positive definite.
     pub Q: DMatrix<f64>,
     /// R_i of (34), symmetric positive definite.
@@ -181,6 +188,8 @@ pub struct SubsystemPlaces {
     pub C: Option<Place>,
     pub X: Option<Place>,
     pub U: Option<Place>,
+    pub w: Option<Place>,
+    pub measurement_error: Option<Place>,
     pub K: Option<Place>,
     pub calK: Option<Place>,
     pub weights: Option<Place>,
@@ -252,6 +261,8 @@ fn subsystem(
     let coupling_outputs = coupling_outputs(model, member);
     let X = polytope(&space("x", "state", &member.states, member), &given.x, errors);
     let U = polytope(&space("u", "input", &member.inputs, member), &given.u, errors);
+    let w = disturbance::disturbance(&space("w", "state", &member.states, member), &given.w, errors);
+    let measurement_error = disturbance::measurement_error(&given.measurement_error, member, errors);
     let weights = tuning::weights(given, member, gamma, spec, errors);
     let gains = weights.as_ref().and_then(|weights| tuning::gains(given, member, weights, errors));
     let cover = X.as_ref().and_then(|X| tuning::cover(&given.cover, member, &model.C, X, errors));
@@ -273,6 +284,8 @@ fn subsystem(
         coupling_outputs,
         X: X?,
         U: U?,
+        w: w?,
+        measurement_error: measurement_error?,
         Q: weights.Q,
         R: weights.R,
         T: weights.T,
@@ -320,6 +333,8 @@ impl SubsystemPlaces {
             C: place(&given.C).or_else(|| whole(|collective| &collective.C)),
             X: given.x.as_ref().map(|bounds| bounds.place.clone()),
             U: given.u.as_ref().map(|bounds| bounds.place.clone()),
+            w: given.w.as_ref().map(|bounds| bounds.place.clone()),
+            measurement_error: given.measurement_error.as_ref().map(spec::PerSignal::place),
             K: place(&given.K),
             calK: place(&given.Kx),
             weights: given.gain_weights.place.clone(),
@@ -348,6 +363,10 @@ impl Subsystem {
     /// p_i.
     pub fn p(&self) -> usize {
         self.C.nrows()
+    }
+    /// Whether anything acts on it that is not known.
+    pub fn is_disturbed(&self) -> bool {
+        self.w.is_some() || self.measurement_error.amax() > 0.0
     }
     /// Number of coupling outputs.
     pub fn nz(&self) -> usize {

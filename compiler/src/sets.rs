@@ -2,17 +2,20 @@
 //! Delta^chi, and the small gain.
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
+mod exogenous;
+
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::convex::{Invariant, PowerSum, multiplier, multipliers, rpi_on_normals};
+use crate::convex::{Invariant, PowerSum, multiplier, multipliers, rpi_at_least};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::gains::{Gains, SubsystemGains};
 use crate::network::{Network, Subsystem};
 use crate::optim::lyapunov::{Contraction, spectral_radius};
 use crate::optim::modes::modal_normals;
 use crate::optim::rounding::sum_upper;
+pub use exogenous::{Exogenous, least_offsets, noise_support, noise_through_gain};
 
 /// After this point: on the normals of each E_i a robustly positively invariant set exists, on those of each Sigma_i
 /// a positively invariant one, both with their multipliers; the small-gain matrix has a spectral radius below 1 and
@@ -40,6 +43,8 @@ pub struct SubsystemSets {
     pub terminal: Shape,
     /// |w_k| <= floor_k: the part of W_i that stands for finite arithmetic; see [`FLOOR`].
     pub floor: DVector<f64>,
+    /// The rest of W_i that no neighbour has a part in.
+    pub exogenous: Exogenous,
     /// The rows of X_i and of U_i, as seen by the references.
     pub x_rows: Vec<ReferenceShare>,
     pub u_rows: Vec<ReferenceShare>,
@@ -87,7 +92,8 @@ impl Sets {
             let (s, g) = (&network.subsystems[i], &gains.subsystems[i]);
             let terminal = terminal(s, g, network.wishes.facet_loss)?;
             let (x_rows, u_rows) = references.shares(i, s, g);
-            subsystems.push(SubsystemSets { tube, terminal, floor: floor(s), x_rows, u_rows });
+            let exogenous = Exogenous::new(s, g);
+            subsystems.push(SubsystemSets { tube, terminal, floor: floor(s), exogenous, x_rows, u_rows });
         }
         let coupling = references.coupling(network);
         Ok(Self { subsystems, small_gain, rho_small_gain, rho_on_normals, z_offset, coupling })
@@ -198,7 +204,8 @@ fn tubes(
         let mut shapes = Vec::new();
         for (i, s) in network.subsystems.iter().enumerate() {
             let g = &gains.subsystems[i];
-            let r = |P: &DMatrix<f64>| disturbance(P, s, zeta, z_offset);
+            let exogenous = Exogenous::new(s, g);
+            let r = |P: &DMatrix<f64>| (disturbance(P, s, zeta, z_offset) + exogenous.support(P), least_offsets(P, s));
             let made = shape(s, g, fewest, network.wishes.facet_loss, r);
             shapes.push(made.ok_or_else(|| no_invariant_set(s, g, "E_i"))?);
         }
@@ -244,7 +251,8 @@ fn loop_matrix(network: &Network, gains: &Gains, shapes: &[Shape], z_offset: &[u
 /// Sigma_i's normals: positively invariant at the size that a disturbance as large as the state's range would need.
 fn terminal(s: &Subsystem, g: &SubsystemGains, loss: f64) -> Result<Shape, Diagnostics> {
     let scale = state_scale(s);
-    shape(s, g, 0, loss, |P| floor_support(P, &scale)).ok_or_else(|| no_invariant_set(s, g, "Sigma_i").into())
+    shape(s, g, 0, loss, |P| (floor_support(P, &scale), DVector::zeros(P.nrows())))
+        .ok_or_else(|| no_invariant_set(s, g, "Sigma_i").into())
 }
 
 /// Normals on which an invariant set exists: the needed directions, then times powers of F_ii, then with the modes of
@@ -254,17 +262,25 @@ fn shape(
     g: &SubsystemGains,
     fewest: usize,
     loss: f64,
-    r: impl Fn(&DMatrix<f64>) -> DVector<f64>,
+    r: impl Fn(&DMatrix<f64>) -> Demand,
 ) -> Option<Shape> {
     let needed = needed_directions(s, g);
     let by_powers = (fewest..=fewest + MOST_POWERS).map(|powers| normals(&needed, &g.F, powers));
     let by_modes = std::iter::once_with(|| normals(&stack(&[&needed, &modal_normals(&g.F)]), &g.F, 0));
     for P in by_powers.chain(by_modes) {
-        if let Some(set) = rpi_on_normals(&P, &g.F, &r(&P)) {
+        if let Some(set) = invariant(&P, &g.F, &r) {
             return Some(fewer_facets(Shape { normals: P, set }, &needed, &g.F, loss, &r));
         }
     }
     None
+}
+
+/// What a set on given normals must take: the support of its disturbance, and its least offsets.
+type Demand = (DVector<f64>, DVector<f64>);
+
+fn invariant(P: &DMatrix<f64>, F: &DMatrix<f64>, r: &impl Fn(&DMatrix<f64>) -> Demand) -> Option<Invariant> {
+    let (support, least) = r(P);
+    rpi_at_least(P, F, &support, &least)
 }
 
 const MOST_POWERS: usize = 8;
@@ -323,7 +339,7 @@ fn fewer_facets(
     needed: &DMatrix<f64>,
     F: &DMatrix<f64>,
     loss: f64,
-    r: &impl Fn(&DMatrix<f64>) -> DVector<f64>,
+    r: &impl Fn(&DMatrix<f64>) -> Demand,
 ) -> Shape {
     let Some(limit) = supports(&shape.normals, &shape.set.q, needed).map(|s| s * (1.0 + loss)) else { return shape };
     for k in (0..shape.normals.nrows()).rev() {
@@ -331,7 +347,7 @@ fn fewer_facets(
         if normals.nrows() < normals.ncols() || rank(&normals) < normals.ncols() {
             continue;
         }
-        let Some(set) = rpi_on_normals(&normals, F, &r(&normals)) else { continue };
+        let Some(set) = invariant(&normals, F, r) else { continue };
         let good =
             supports(&normals, &set.q, needed).is_some_and(|support| support.iter().zip(&limit).all(|(s, l)| s <= l));
         if good {

@@ -91,6 +91,10 @@ pub struct Subsystem {
     pub Dz: Option<Matrix>,
     pub x: Option<Bounds>,
     pub u: Option<Bounds>,
+    /// What is added to x+ and not known, beyond its bounds.
+    pub w: Option<Bounds>,
+    /// Largest error of each measured state: `max` of `measurement-error`.
+    pub measurement_error: Option<PerSignal>,
     pub Q: Option<Weight>,
     pub R: Option<Weight>,
     pub T: Option<Weight>,

@@ -1,12 +1,22 @@
 //! Why the program has no point: which wish is too large, and how large it may be.
 
+use nalgebra::DVector;
+
 use super::Context;
 use super::program::{Asks, Goal, Program};
+use super::settle::tubes;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, code};
+use crate::network::Subsystem;
 use crate::optim::conic::Answer;
 
 /// Drops the wishes one after the other and says which one was too much, with the largest value that is not.
 pub fn no_point(context: &Context, program: &Program, answer: Answer) -> Diagnostics {
+    let disturbed = context.network.subsystems.iter().any(Subsystem::is_disturbed);
+    if let Some(limit) =
+        Limit::of(context, program, Goal::Disturbance).filter(|limit| disturbed && limit.value < 1.0 - 1e-6)
+    {
+        return disturbance_too_large(context, program, &limit).into();
+    }
     let given = context.network.reference.epsilon;
     if let Some(epsilon) = given
         && let Some(limit) = Limit::of(context, program, Goal::Epsilon)
@@ -56,6 +66,44 @@ impl Limit {
             .collect();
         if names.is_empty() { "the small-gain loop".to_owned() } else { names.join(", ") }
     }
+}
+
+/// Names the rows that the tubes alone leave nothing of, with the smallest Z_i for which they close.
+fn disturbance_too_large(context: &Context, program: &Program, limit: &Limit) -> Diagnostic {
+    let mut error =
+        Diagnostic::error(code::DISTURBANCE_TOO_LARGE, "disturbances and measurement errors leave no set-point at all");
+    let share = format!("{:.1} % of this is possible", 100.0 * limit.value);
+    for s in &context.network.subsystems {
+        for place in [&s.places.w, &s.places.measurement_error].into_iter().flatten() {
+            error = error.at(place.clone(), share.clone());
+        }
+    }
+    let no_reserve: Vec<_> = context.network.subsystems.iter().map(|s| DVector::zeros(s.nz())).collect();
+    for (i, (q, _)) in tubes(context, program, &no_reserve).into_iter().flatten().enumerate() {
+        error = emptied_by_tube(context, program, i, &q).into_iter().fold(error, Diagnostic::note);
+    }
+    error
+        .note(format!(
+            "all of them together, the largest share with any set-point is {:.4}; what stops it: {}",
+            limit.value,
+            limit.rows(context)
+        ))
+        .help("state smaller bounds, widen the limit that stops them, or choose gains that reject what acts on its states (a larger Q or a smaller R in `gain-weights`)")
+}
+
+/// One line per row of X_i and U_i that E_i with offsets q and the measurement error take as a whole.
+fn emptied_by_tube(context: &Context, program: &Program, i: usize, q: &DVector<f64>) -> Vec<String> {
+    let (s, proofs) = (&context.network.subsystems[i], &program.proofs[i]);
+    let noise = context.noise(i).u;
+    let of_x = s.X.rows.iter().zip(&s.X.h).zip(&proofs.tube_x).map(|(row, tube)| (row, tube.on(q)));
+    let of_u = s.U.rows.iter().zip(&s.U.h).zip(&proofs.tube_u).zip(&noise);
+    let of_u = of_u.map(|((row, tube), noise)| (row, tube.on(q) + noise));
+    of_x.chain(of_u)
+        .filter(|((_, room), taken)| taken >= *room)
+        .map(|((row, room), taken)| {
+            format!("`{row}` of `{}` is emptied: its room is {room:.4}, the tube E takes {taken:.4} of it", s.name)
+        })
+        .collect()
 }
 
 /// The epsilon the message suggests: a little inside the limit, two digits.

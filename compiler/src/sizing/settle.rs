@@ -5,10 +5,10 @@ use nalgebra::{DMatrix, DVector};
 use super::program::{MARGIN, Program, TUBE_MARGIN};
 use super::verify::{Bounds, Tightening, taken, terminal_rows};
 use super::{Context, Sizing, SubsystemSizing};
-use crate::convex::{Box, Multiplier, Polytope, Strips};
+use crate::convex::{Box, Multiplier, Polytope, Strips, least_fixed_point};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::optim::rounding::{down_to_digits, to_digits, up_to_digits};
-use crate::sets::{ReferenceShare, closed_loop_z, floor_support, import_gain};
+use crate::sets::{ReferenceShare, closed_loop_z, floor_support, import_gain, least_offsets};
 
 /// Digits of what the solver chose (epsilon, Y_i, Delta_i^z): its own accuracy, and pleasant to read.
 const CHOSEN: usize = 6;
@@ -44,17 +44,21 @@ fn settled_dz(context: &Context, program: &Program, point: &[f64], i: usize) -> 
     DVector::from_fn(dz.len(), |k, _| down_to_digits(dz[k], CHOSEN).max(reserve[k]))
 }
 
-/// (q_i, zeta_i) of every subsystem: zeta = |mu| q + dz, q = |Lambda| q + |P E L| zeta + floor.
-fn tubes(context: &Context, program: &Program, dz: &[DVector<f64>]) -> Option<Vec<(DVector<f64>, DVector<f64>)>> {
+/// (q_i, zeta_i) of every subsystem: zeta = |mu| q + dz, q = |Lambda| q + |P E L| zeta + floor and what is exogenous, but
+/// not below the least offsets.
+pub fn tubes(context: &Context, program: &Program, dz: &[DVector<f64>]) -> Option<Vec<(DVector<f64>, DVector<f64>)>> {
     let starts = starts(context);
     let size = *starts.last()?;
     let (mut M, mut r) = (DMatrix::<f64>::zeros(size, size), DVector::zeros(size));
+    let mut least = DVector::zeros(size);
     for (i, s) in context.network.subsystems.iter().enumerate() {
         let (sets, proofs) = (&context.sets.subsystems[i], &program.proofs[i]);
         let strips = sets.tube.normals.nrows();
         let (q, zeta) = (starts[i], starts[i] + strips);
-        r.rows_mut(q, strips).copy_from(&(floor_support(&sets.tube.normals, &sets.floor) * 2.0));
-        r.rows_mut(zeta, s.nz()).copy_from(&(&dz[i] * (1.0 + TUBE_MARGIN)));
+        let exogenous = sets.exogenous.support(&sets.tube.normals) * (1.0 + TUBE_MARGIN);
+        r.rows_mut(q, strips).copy_from(&(floor_support(&sets.tube.normals, &sets.floor) * 2.0 + exogenous));
+        r.rows_mut(zeta, s.nz()).copy_from(&((&dz[i] + context.noise(i).z) * (1.0 + TUBE_MARGIN)));
+        least.rows_mut(q, strips).copy_from(&(least_offsets(&sets.tube.normals, s) * (1.0 + TUBE_MARGIN)));
         for (a, proof) in proofs.tube.iter().enumerate() {
             (0..strips).for_each(|b| M[(q + a, q + b)] = proof.mu[b].abs());
         }
@@ -67,7 +71,7 @@ fn tubes(context: &Context, program: &Program, dz: &[DVector<f64>]) -> Option<Ve
             M.view_mut((q, from), gain.shape()).copy_from(&gain);
         }
     }
-    let solution = (DMatrix::identity(size, size) - M).lu().solve(&r)?;
+    let solution = least_fixed_point(&M, &r, &least)?;
     if !solution.iter().all(|v| v.is_finite() && *v >= 0.0) {
         return None;
     }
