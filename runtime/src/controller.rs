@@ -47,6 +47,12 @@ pub struct Controller<
     trajectory: Trajectory<NX, NU, NY, N>,
     /// The last solution, shifted to the present: the candidate (47).
     plan: Plan<NX, NU, N>,
+    /// How far the measurement may move each tube row; `None`: states are measured exactly.
+    noise: Option<&'a [f64; NT]>,
+    /// dx_0 of the candidate, where it is known that the true state lies within E_i of it.
+    forecast: Option<[f64; NX]>,
+    /// Whether the present plan has that property: its step was feasible.
+    certified: bool,
     working_set: WorkingSet<NV>,
     max_iterations: usize,
     degraded: bool,
@@ -148,12 +154,21 @@ impl<
             step: 0,
             trajectory,
             plan: Plan::REST,
+            noise: None,
+            forecast: None,
+            certified: false,
             working_set: WorkingSet::EMPTY,
             max_iterations: tables.problem.max_iterations,
             degraded: false,
         };
         let message = controller.message(-1);
         Ok((controller, message))
+    }
+
+    /// The same controller for states that are measured with an error which moves tube row r by up to `noise[r]`: the
+    /// support of the error's set in that row. Emitted files of such subsystems call it.
+    pub fn with_measurement_error(self, noise: &'a [f64; NT]) -> Self {
+        Self { noise: Some(noise), ..self }
     }
 
     /// One period: from the measured state x_t, the set-point and the neighbours' messages of step t - 1 to the input u_t
@@ -181,7 +196,8 @@ impl<
             control = Control::NotFinite;
             input = self.feedback(&reference.u, &self.plan.dx);
         }
-        if !control.is_admissible() {
+        self.certified = control.is_admissible();
+        if !self.certified {
             self.confine(&mut input);
         }
         let u_nom = add(&reference.u, &self.plan.now());
@@ -204,6 +220,7 @@ impl<
         self.degraded |= !heard || !references.are_admissible();
         self.trajectory.advance(&self.tables.model, y, &imports.z);
         self.plan = self.plan.shifted(&self.tables.model);
+        self.forecast = self.certified.then_some(self.plan.dx);
         let message = self.message(self.step);
         self.step = self.step.wrapping_add(1);
         Outlook { message, references, deliveries: imports.deliveries }
@@ -229,7 +246,10 @@ impl<
     /// Solves the i-DPC problem and plans its solution, or keeps the shifted candidate and says why.
     fn control(&mut self, e: &[f64; NX]) -> Control {
         let problem = &self.tables.problem;
-        let instance = problem.at(e, &self.trajectory.x, &self.trajectory.u);
+        let mut instance = problem.at(e, &self.trajectory.x, &self.trajectory.u);
+        if let Some(noise) = self.noise {
+            problem.doubt(&mut instance, noise, e, self.forecast.as_ref());
+        }
         if instance.rests() {
             self.plan = Plan::REST;
             self.working_set = WorkingSet::EMPTY;

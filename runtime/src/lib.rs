@@ -67,6 +67,12 @@
 //! ([`Status::degraded`]) comes back with a new start only; one that was lost with a step comes back when every subsystem
 //! is feasible again.
 //!
+//! # What is measured with an error
+//! Where the file states a measurement error, the emitted `start` calls [`Controller::with_measurement_error`], and x_t above is
+//! the true state plus that error. The tube rows (35a) are then replaced by those of [`problem`]'s
+//! [`doubt`](tables::DpcProblem::doubt), which keep the *true* deviation x - xhat in E_i; constraints, statuses and the guarantee
+//! are about the true state. The step after an infeasible one, and the first, rest on the measurement alone.
+//!
 //! # Symbols
 //! Tilde is `_ref` (reference), hat is `_nom` (nominal); indices i are dropped.
 //!
