@@ -56,6 +56,7 @@ struct Subsystem<'a> {
     sigma: Set,
     y_set: Set,
     disturbance: Option<Set>,
+    measurement_error: Row,
 }
 
 #[derive(serde::Serialize)]
@@ -129,6 +130,7 @@ impl<'a> Subsystem<'a> {
             sigma: Set::strips(&sizes.Sigma),
             y_set: Set::intervals(&sizes.Y),
             disturbance: model.w.as_ref().map(|w| Set::polytope(&w.set)),
+            measurement_error: row(model.measurement_error.iter()),
         }
     }
 }

@@ -3,6 +3,7 @@
 use proc_macro2::{Literal, TokenStream};
 use quote::{ToTokens, format_ident, quote};
 
+use super::monitors::has_noise;
 use super::names::{code, one_line};
 use super::node::{Neighbour, Node, labelled, labels};
 use crate::design::Design;
@@ -43,7 +44,7 @@ pub fn text(node: &Node, modules: &[String]) -> String {
         formatted(names(node)),
         types(node),
         formatted(links(node, modules)),
-        start().map(|item| formatted(vec![item])).join("\n"),
+        start(has_noise(node)).map(|item| formatted(vec![item])).join("\n"),
     ];
     groups.into_iter().filter(|group| !group.is_empty()).collect::<Vec<_>>().join("\n")
 }
@@ -190,7 +191,15 @@ fn option(first: Option<usize>) -> TokenStream {
 }
 
 /// The only functions of the file: the runtime's, with this subsystem's tables.
-fn start() -> [TokenStream; 2] {
+fn start(noise: bool) -> [TokenStream; 2] {
+    let started = if noise {
+        quote! {
+            let (controller, message) = Controller::start(&TABLES, steady)?;
+            Ok((controller.with_measurement_error(&TUBE_NOISE), message))
+        }
+    } else {
+        quote! { Controller::start(&TABLES, steady) }
+    };
     [
         quote! {
             /// The state and input that this subsystem rests at when the outputs of the whole network rest at
@@ -206,7 +215,7 @@ fn start() -> [TokenStream; 2] {
             /// # Errors
             /// No controller can start there; see [`StartError`].
             pub fn start(steady: &SteadyState) -> Result<(Controller, Message), StartError> {
-                Controller::start(&TABLES, steady)
+                #started
             }
         },
     ]

@@ -12,11 +12,9 @@ use crate::network::NamedPolytope;
 pub fn items(node: &Node, steady: &DMatrix<f64>) -> Vec<String> {
     let model = node.model();
     let [x, u] = steady_states(node, steady);
-    vec![
-        row_names(node),
-        x,
-        u,
-        tube(node),
+    let mut items = vec![row_names(node), x, u, tube(node)];
+    items.extend(tube_noise(node));
+    items.extend([
         coupling_deviation(node),
         limits(
             "STATE_LIMITS",
@@ -30,7 +28,25 @@ pub fn items(node: &Node, steady: &DMatrix<f64>) -> Vec<String> {
             "NU",
             &model.U,
         ),
-    ]
+    ]);
+    items
+}
+
+/// Only where the file states a measurement error.
+pub fn has_noise(node: &Node) -> bool {
+    node.model().measurement_error.amax() > 0.0
+}
+
+fn tube_noise(node: &Node) -> Option<String> {
+    let (dpc, s) = (&node.problems().dpc, node.model());
+    let labels: Vec<String> = dpc.rows.iter().map(|row| row.name.clone()).collect();
+    let errors = s.states.iter().zip(&s.measurement_error);
+    let errors: Vec<String> = errors.map(|(state, error)| format!("{} by {error:?}", code(&labelled(state)))).collect();
+    let doc = format!(
+        "How far measurement errors move each tube row (35a), scaled as the row. Measured states may be off: {}.",
+        errors.join(", ")
+    );
+    has_noise(node).then(|| item(&doc, "TUBE_NOISE", "[f64; NT]", &Value::column(&dpc.noise, &labels)))
 }
 
 fn row_names(node: &Node) -> String {

@@ -20,6 +20,9 @@ pub struct Subsystem {
     pub Cz: Vec<Vec<f64>>,
     /// D_zi of (1c).
     pub Dz: Vec<Vec<f64>>,
+    /// K_i of (17); read by those who choose disturbances.
+    #[serde(default)]
+    pub K: Vec<Vec<f64>>,
     /// X_i.
     pub X: Polytope,
     /// U_i.
@@ -30,6 +33,12 @@ pub struct Subsystem {
     pub z_set: Polytope,
     /// Y_i.
     pub y_set: Polytope,
+    /// What may be added to the next state, where the design knows of anything.
+    #[serde(default)]
+    pub disturbance: Option<Polytope>,
+    /// Largest error of each measured state.
+    #[serde(default)]
+    pub measurement_error: Vec<f64>,
 }
 
 /// {v : H v <= h}.
@@ -64,6 +73,18 @@ impl Polytope {
     /// Per row, how much is left: h - H v.
     pub fn margins(&self, v: &[f64]) -> impl Iterator<Item = f64> {
         self.H.iter().zip(&self.h).map(move |(row, limit)| limit - dot(row, v))
+    }
+
+    /// Largest value of one coordinate of a polytope over two coordinates: at one of its corners.
+    pub fn reach(&self, coordinate: usize) -> f64 {
+        let rows: Vec<_> = self.H.iter().zip(&self.h).collect();
+        let corner = |(p, a): &(&Vec<f64>, &f64), (q, b): &(&Vec<f64>, &f64)| {
+            let determinant = p[0] * q[1] - p[1] * q[0];
+            [(*a * q[1] - *b * p[1]) / determinant, (*b * p[0] - *a * q[0]) / determinant]
+        };
+        let corners = rows.iter().flat_map(|one| rows.iter().map(move |other| corner(one, other)));
+        let inside = corners.filter(|v| self.margins(v).all(|margin| margin >= -1e-9));
+        inside.map(|v| v[coordinate]).fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Smallest and largest value of one coordinate of a box, infinite where it has none.
