@@ -93,12 +93,12 @@ impl SubsystemGains {
         let rho_F = spectral_radius(&F);
         let contraction = Contraction::new(&F).ok_or_else(|| F_ii_unstable(subsystem, rho_F))?;
         let stage = &subsystem.Q + K.transpose() * &subsystem.R * &K;
-        let P = lyapunov(&F, &stage).ok_or_else(|| F_ii_unstable(subsystem, rho_F))?;
+        let P = terminal_weight(&F, &stage).ok_or_else(|| F_ii_unstable(subsystem, rho_F))?;
         let n = subsystem.n();
         Ok(Self {
             Kx: calK.columns(0, n).into_owned(),
             Ke: calK.columns(n, subsystem.p()).into_owned(),
-            P: short(P),
+            P,
             K,
             F,
             contraction,
@@ -119,6 +119,15 @@ const GAIN_DIGITS: usize = 9;
 
 fn short(matrix: DMatrix<f64>) -> DMatrix<f64> {
     matrix.map(|value| to_digits(value, GAIN_DIGITS))
+}
+
+/// P_i of (37) with the inequality that its proof needs, F'PF - P <= -(Q + K'RK), kept through rounding: checked by a
+/// Cholesky factorisation. All digits stay where short ones do not keep it.
+fn terminal_weight(F: &DMatrix<f64>, stage: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let P = lyapunov(F, &(stage * (1.0 + 1e-6)))?;
+    let rounded = short(P.clone());
+    let left = &rounded - F.transpose() * &rounded * F - stage;
+    Some(if left.cholesky().is_some() { rounded } else { P })
 }
 
 fn K_i(subsystem: &Subsystem) -> Result<DMatrix<f64>, Diagnostic> {

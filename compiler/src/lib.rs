@@ -46,6 +46,7 @@ pub mod emit;
 pub mod export;
 pub mod gains;
 pub mod network;
+pub mod notices;
 pub mod optim;
 pub mod problems;
 pub mod sets;

@@ -74,6 +74,8 @@ pub struct Wishes {
     pub terminal_weight: f64,
     /// Weight of the logarithm of epsilon, where epsilon is free.
     pub epsilon_weight: f64,
+    /// Weight of the logarithm of each end of Y_i, relative to that of its width: it keeps 0 inside.
+    pub end_weight: f64,
     /// How much support in a needed direction a facet of E_i or Sigma_i must be worth, relative.
     pub facet_loss: f64,
     /// Ask for Y_i = -Y_i.
@@ -221,6 +223,13 @@ impl Network {
             source,
             places: NetworkPlaces::of(spec),
         })
+    }
+}
+
+impl Network {
+    /// Whether anything acts on a subsystem, or on a measurement, that is not known.
+    pub fn is_disturbed(&self) -> bool {
+        self.subsystems.iter().any(Subsystem::is_disturbed)
     }
 }
 

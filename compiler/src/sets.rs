@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::convex::{Invariant, PowerSum, multiplier, multipliers, rpi_at_least};
+use crate::convex::{Invariant, Polytope, PowerSum, multiplier, multipliers, rpi_at_least};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::gains::{Gains, SubsystemGains};
 use crate::network::{Network, Subsystem};
@@ -45,6 +45,8 @@ pub struct SubsystemSets {
     pub floor: DVector<f64>,
     /// The rest of W_i that no neighbour has a part in.
     pub exogenous: Exogenous,
+    /// Natural size of each state, coupling output and output: where caps and smallest sizes are taken from.
+    pub scales: Scales,
     /// The rows of X_i and of U_i, as seen by the references.
     pub x_rows: Vec<ReferenceShare>,
     pub u_rows: Vec<ReferenceShare>,
@@ -57,6 +59,30 @@ pub struct Shape {
     pub set: Invariant,
 }
 
+/// Natural sizes of the signals of one subsystem.
+#[derive(Debug)]
+pub struct Scales {
+    pub x: DVector<f64>,
+    pub z: DVector<f64>,
+    pub y: DVector<f64>,
+}
+
+impl Scales {
+    /// By the bounds of the states, and what is asked of outputs and coupling outputs.
+    fn new(s: &Subsystem) -> Self {
+        let x = state_scale(s);
+        let u = DVector::from_element(s.m(), 1.0);
+        let z = s.Cz.abs() * &x + s.Dz.abs() * u;
+        let y = s.C.abs() * &x;
+        let asked = |k: usize| s.cover[k].map_or(0.0, |(low, high)| high.max(-low));
+        Self {
+            z: DVector::from_fn(z.len(), |k, _| z[k].max(s.reserve[k])),
+            y: DVector::from_fn(y.len(), |k, _| y[k].max(asked(k))),
+            x,
+        }
+    }
+}
+
 /// What the references may take of one row of X_i x U_i, (25b).
 #[derive(Debug, Clone)]
 pub struct ReferenceShare {
@@ -66,10 +92,12 @@ pub struct ReferenceShare {
     pub steady: DVector<f64>,
     /// Bound of the rounding error of each entry of `steady`.
     pub steady_error: f64,
+    /// Bound of the row on the transient of a start that drifts by the floor in every state of the network.
+    pub drift: f64,
 }
 
 /// W_i = E_i S_i is usually flat and may be {0}; real arithmetic is neither. Every W_i therefore contains a box of
-/// this half-width relative to the range of each state, which makes E_i full-dimensional ("an arbitrarily small
+/// this half-width relative to the tighter bound of each state, which makes E_i full-dimensional ("an arbitrarily small
 /// positively invariant set", Section V) and covers the rounding of the on-line step.
 pub const FLOOR: f64 = 1e-8;
 
@@ -92,8 +120,8 @@ impl Sets {
             let (s, g) = (&network.subsystems[i], &gains.subsystems[i]);
             let terminal = terminal(s, g, network.wishes.facet_loss)?;
             let (x_rows, u_rows) = references.shares(i, s, g);
-            let exogenous = Exogenous::new(s, g);
-            subsystems.push(SubsystemSets { tube, terminal, floor: floor(s), exogenous, x_rows, u_rows });
+            let (exogenous, scales) = (Exogenous::new(s, g), Scales::new(s));
+            subsystems.push(SubsystemSets { tube, terminal, floor: floor(s), exogenous, scales, x_rows, u_rows });
         }
         let coupling = references.coupling(network);
         Ok(Self { subsystems, small_gain, rho_small_gain, rho_on_normals, z_offset, coupling })
@@ -131,17 +159,20 @@ fn z_offsets(network: &Network) -> Vec<usize> {
     sizes.scan(0, |next, size| Some(std::mem::replace(next, *next + size))).collect()
 }
 
-/// Half of the range of each state that its own bounds leave, else 1.
+/// How far each state may go from 0 in the direction in which it is bounded more tightly; 1 where nothing bounds it.
 fn state_scale(s: &Subsystem) -> DVector<f64> {
+    let X = Polytope { H: s.X.H.clone(), h: s.X.h.clone() };
+    let reach = |k: usize, sign: f64| {
+        let axis = DVector::from_fn(s.n(), |j, _| if j == k { sign } else { 0.0 });
+        X.support(&axis).map_or(f64::INFINITY, |(value, _)| value)
+    };
     DVector::from_fn(s.n(), |k, _| {
-        let axis_bounds = (0..s.X.h.len()).filter(|&r| {
-            let row = s.X.H.row(r);
-            row[k] != 0.0 && row.iter().filter(|value| **value != 0.0).count() == 1
-        });
-        axis_bounds.map(|r| (s.X.h[r] / s.X.H[(r, k)]).abs()).reduce(f64::max).unwrap_or(1.0)
+        let scale = reach(k, 1.0).min(reach(k, -1.0));
+        if scale.is_finite() && scale > 0.0 { scale } else { 1.0 }
     })
 }
 
+/// Half-widths of the box in W_i that stands for finite arithmetic.
 fn floor(s: &Subsystem) -> DVector<f64> {
     state_scale(s) * FLOOR
 }
@@ -257,6 +288,8 @@ fn terminal(s: &Subsystem, g: &SubsystemGains, loss: f64) -> Result<Shape, Diagn
 
 /// Normals on which an invariant set exists: the needed directions, then times powers of F_ii, then with the modes of
 /// F_ii, which always admit one where F_ii can be diagonalised; then without those that are not worth their facets.
+///
+/// They are looked for in states divided by their natural size, so that units do not decide.
 fn shape(
     s: &Subsystem,
     g: &SubsystemGains,
@@ -264,15 +297,36 @@ fn shape(
     loss: f64,
     r: impl Fn(&DMatrix<f64>) -> Demand,
 ) -> Option<Shape> {
-    let needed = needed_directions(s, g);
-    let by_powers = (fewest..=fewest + MOST_POWERS).map(|powers| normals(&needed, &g.F, powers));
-    let by_modes = std::iter::once_with(|| normals(&stack(&[&needed, &modal_normals(&g.F)]), &g.F, 0));
-    for P in by_powers.chain(by_modes) {
-        if let Some(set) = invariant(&P, &g.F, &r) {
-            return Some(fewer_facets(Shape { normals: P, set }, &needed, &g.F, loss, &r));
-        }
-    }
-    None
+    let scale = state_scale(s);
+    let to_scaled = DMatrix::from_diagonal(&scale);
+    let from_scaled = DMatrix::from_diagonal(&scale.map(|x| 1.0 / x));
+    let needed = needed_directions(s, g) * &to_scaled;
+    let F = &from_scaled * &g.F * &to_scaled;
+    let r_scaled = |P: &DMatrix<f64>| r(&(P * &from_scaled));
+    let found = scaled_shape(&needed, &F, fewest, loss, &r_scaled)?;
+    let normals = unit_rows(found.normals * from_scaled);
+    let set = invariant(&normals, &g.F, &r)?;
+    Some(Shape { normals, set })
+}
+
+fn scaled_shape(
+    needed: &DMatrix<f64>,
+    F: &DMatrix<f64>,
+    fewest: usize,
+    loss: f64,
+    r: &impl Fn(&DMatrix<f64>) -> Demand,
+) -> Option<Shape> {
+    let by_powers = (fewest..=fewest + MOST_POWERS).map(|powers| normals(needed, F, powers));
+    let by_modes = std::iter::once_with(|| normals(&stack(&[needed, &modal_normals(F)]), F, 0));
+    by_powers.chain(by_modes).find_map(|P| {
+        let set = invariant(&P, F, r)?;
+        Some(fewer_facets(Shape { normals: P, set }, needed, F, loss, r))
+    })
+}
+
+fn unit_rows(mut rows: DMatrix<f64>) -> DMatrix<f64> {
+    rows.row_iter_mut().for_each(|mut row| row /= row.norm());
+    rows
 }
 
 /// What a set on given normals must take: the support of its disturbance, and its least offsets.
@@ -363,12 +417,23 @@ fn supports(P: &DMatrix<f64>, q: &DVector<f64>, needed: &DMatrix<f64>) -> Option
     values.map(DVector::from_vec)
 }
 
+/// The floor of every state of the network, in the places of the collective chi.
+fn collective_floor(network: &Network, gains: &Gains) -> DVector<f64> {
+    let mut whole = DVector::zeros(gains.calF.nrows());
+    for (s, &start) in network.subsystems.iter().zip(&gains.chi_offset) {
+        whole.rows_mut(start, s.n()).copy_from(&floor(s));
+    }
+    whole
+}
+
 /// The reference system's steady states and Delta^chi, (9)-(13).
 struct References {
     steady: DMatrix<f64>,
     /// Per column of `steady`, its error in the norm of `contraction`.
     steady_error: Vec<f64>,
     sum: PowerSum,
+    /// Bound of |(I - calF)^-1 w|_P over the floor boxes w of all states.
+    drift: f64,
     contraction: Contraction,
     chi_offset: Vec<usize>,
     size: usize,
@@ -378,28 +443,26 @@ impl References {
     fn new(network: &Network, gains: &Gains) -> Result<Self, Diagnostics> {
         let steady = gains.steady().ok_or_else(|| no_steady_state(network))?;
         let size = gains.calF.nrows();
-        let defect = &steady - &gains.calF * &steady - &gains.calG;
+        let (abs_F, abs_steady) = (gains.calF.abs(), steady.abs());
         let geometric = 1.0 / (1.0 - gains.contraction.lambda);
-        let rounding = 4.0 * (size + 4) as f64 * f64::EPSILON;
-        // The computed defect is itself rounded: its bound joins it. P <= |P| I turns Euclid into the norm of P.
-        let norm_of_unit = gains.contraction.P.norm().sqrt();
-        let steady_error: Vec<f64> = (0..steady.ncols())
-            .map(|j| {
-                let column = steady.column(j);
-                let blur = rounding * (column.norm() * (1.0 + gains.calF.norm()) + 1.0);
-                (gains.contraction.norm(&defect.column(j).into_owned()) + blur * norm_of_unit) * geometric
-            })
-            .collect();
+        // What double precision may have done to an entry of the products below.
+        let blur = (&abs_F * &abs_steady + &abs_steady + &gains.calG) * (4.0 * (size + 4) as f64 * f64::EPSILON);
+        let blurred = |matrix: &DMatrix<f64>, j: usize| {
+            let column = matrix.column(j).into_owned();
+            gains.contraction.norm(&column) + gains.contraction.norm_of_box(&blur.column(j).into_owned())
+        };
+        let defect = &steady - &gains.calF * &steady - &gains.calG;
+        let steady_error: Vec<f64> = (0..steady.ncols()).map(|j| blurred(&defect, j) * geometric).collect();
         let W = -(&gains.calF * &steady);
         // W = -F (I - F)^-1 G: what F does to the error of `steady` is smaller still in a norm that F contracts.
-        let error: Vec<f64> = (0..steady.ncols())
-            .map(|j| steady_error[j] + rounding * gains.calF.norm() * steady.column(j).norm() * norm_of_unit)
-            .collect();
+        let rounded = |j: usize| gains.contraction.norm_of_box(&blur.column(j).into_owned());
+        let error: Vec<f64> = (0..steady.ncols()).map(|j| steady_error[j] + rounded(j)).collect();
         let blocks = network.subsystems.iter().map(Subsystem::p).collect();
         let sum =
             PowerSum::new(gains.calF.clone(), W, blocks, network.reference.norm, gains.contraction.clone(), &error);
         let contraction = gains.contraction.clone();
-        Ok(Self { steady, steady_error, sum, contraction, chi_offset: gains.chi_offset.clone(), size })
+        let drift = contraction.norm_of_box(&collective_floor(network, gains)) * geometric;
+        Ok(Self { steady, steady_error, sum, drift, contraction, chi_offset: gains.chi_offset.clone(), size })
     }
 
     /// The rows of X_i on xref and of U_i on uref = calK chi.
@@ -418,6 +481,7 @@ impl References {
             rate: self.sum.support(&d),
             steady: self.steady.tr_mul(&d),
             steady_error: self.contraction.dual_norm(&d) * worst + rounding,
+            drift: self.contraction.dual_norm(&d) * self.drift,
         }
     }
 

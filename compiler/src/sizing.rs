@@ -20,10 +20,11 @@ use crate::gains::Gains;
 use crate::network::Network;
 use crate::optim::conic::Answer;
 use crate::sets::{Sets, closed_loop_z, floor_support, import_gain, least_offsets, noise_through_gain};
-use program::{Asks, Program};
+pub use program::CAP;
+use program::{Asks, Goal, Program};
 
-/// After this point: (21), (22), (25a), (25b), (26), and (35a') where measurements err, hold with the recorded slack, which is never negative, and no
-/// set is empty.
+/// After this point: (21), (22), (25a), (25b), (26), and (35a') where measurements err, hold with the recorded slack, which
+/// is never negative, and no set is empty.
 #[derive(Debug)]
 pub struct Sizing {
     /// Radius of the ball in (6).
@@ -56,6 +57,8 @@ pub struct SubsystemSizing {
     /// What the references take of each row of X_i and of U_i: H xref <= x_ref, H uref <= u_ref at all times.
     pub x_ref: DVector<f64>,
     pub u_ref: DVector<f64>,
+    /// Largest |x+ - x| of a state that references may start from: what the margins left over absorb.
+    pub drift: DVector<f64>,
     /// How far each state may be off its reference at the terminal step, alone: the half-axes of Sigma_i.
     pub upset: DVector<f64>,
 }
@@ -117,6 +120,7 @@ impl Sizing {
         let (program, point) = context.optimise()?;
         let mut sizing = settle::settle(&context, &program, &point)?;
         sizing.slacks = verify::verify(&context, &program.proofs, &sizing)?;
+        settle::admit_drift(&context, &program, &mut sizing);
         sizing.trade = trade(&context, &program, &sizing);
         Ok(sizing)
     }
@@ -133,11 +137,7 @@ const ROUNDS: usize = 6;
 impl Context<'_> {
     /// Alternates between the program and its multipliers until a round gains less than 1e-4 of the objective.
     fn optimise(&self) -> Result<(Program, Vec<f64>), Diagnostics> {
-        let mut program = Program::new(self, self.nominal_proofs()?, &Asks::default());
-        let mut point = match program.solve() {
-            Answer::Point(point) => point,
-            other => return Err(diagnose::no_point(self, &program, other)),
-        };
+        let (mut program, mut point) = self.first_point()?;
         for _ in 0..ROUNDS {
             let Some(proofs) = self.better_proofs(&program, &point) else { break };
             let next = Program::new(self, proofs, &Asks::default());
@@ -152,6 +152,37 @@ impl Context<'_> {
             }
         }
         Ok(self.without_idle_strips(&program).unwrap_or((program, point)))
+    }
+
+    /// Any point that grants what is asked. Where the nominal multipliers give none, better ones are looked for on the
+    /// way to the largest share of it.
+    fn first_point(&self) -> Result<(Program, Vec<f64>), Diagnostics> {
+        let mut proofs = self.nominal_proofs()?;
+        for _ in 0..ROUNDS {
+            let program = Program::new(self, proofs.clone(), &Asks::default());
+            match program.solve() {
+                Answer::Point(point) => return Ok((program, point)),
+                answer => match self.towards(Goal::All, &proofs).or_else(|| self.less_disturbed(&proofs)) {
+                    Some(better) => proofs = better,
+                    None => return Err(diagnose::no_point(self, proofs, answer)),
+                },
+            }
+        }
+        Err(diagnose::no_point(self, proofs, Answer::Infeasible))
+    }
+
+    /// Multipliers at the largest share of the disturbances that leaves any set-point.
+    fn less_disturbed(&self, proofs: &[Proofs]) -> Option<Vec<Proofs>> {
+        self.network.is_disturbed().then(|| self.towards(Goal::Disturbance, proofs)).flatten()
+    }
+
+    /// Multipliers at the optimum of a goal; `None` where there is none.
+    fn towards(&self, goal: Goal, proofs: &[Proofs]) -> Option<Vec<Proofs>> {
+        let program = Program::new(self, proofs.to_vec(), &Asks { goal, ..Asks::default() });
+        match program.solve() {
+            Answer::Point(point) => self.better_proofs(&program, &point),
+            _ => None,
+        }
     }
 
     /// The same program without the strips of Sigma_i that no proof rests on.
@@ -224,13 +255,23 @@ impl Context<'_> {
 }
 
 impl Proofs {
+    /// Whether the strips `kept` of Sigma_i but for `r` still bound it.
+    fn bounded_without(&self, kept: &[usize], r: usize) -> bool {
+        let others: Vec<usize> = kept.iter().copied().filter(|other| *other != r).collect();
+        if others.len() < self.terminal_normals.ncols() {
+            return false;
+        }
+        let singular = self.terminal_normals.select_rows(&others).singular_values();
+        singular.min() > 1e-6 * singular.max()
+    }
+
     /// Without the strips of Sigma_i that only their own invariance uses.
     fn without_idle_strips(&self) -> Self {
         let needed = [&self.terminal_x, &self.terminal_u, &self.terminal_z];
         let mut kept: Vec<usize> = (0..self.terminal.len()).collect();
         while let Some(idle) = kept.iter().position(|&r| {
             let invariance = kept.iter().filter(|&&other| other != r).map(|&other| &self.terminal[other]);
-            kept.len() > self.terminal_normals.ncols()
+            self.bounded_without(&kept, r)
                 && invariance.chain(needed.into_iter().flatten()).all(|proof| proof.mu[r] == 0.0)
         }) {
             kept.remove(idle);

@@ -59,6 +59,7 @@ pub struct Sizing {
     pub reserve_weight: Option<At<f64>>,
     pub terminal_weight: Option<At<f64>>,
     pub epsilon_weight: Option<At<f64>>,
+    pub end_weight: Option<At<f64>>,
     pub facet_loss: Option<At<f64>>,
     pub symmetric: Option<bool>,
 }

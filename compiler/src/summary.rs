@@ -5,6 +5,7 @@ use std::fmt;
 use crate::design::Design;
 use crate::emit::Emitted;
 use crate::network::{Network, Norm, Signal, Subsystem};
+use crate::notices::notices;
 use crate::sizing::{Slack, SubsystemSizing, TradePoint};
 
 /// Margins of Assumptions 1 to 4, sizes of the sets, problems and tables, the smallest slack of every equation, and
@@ -31,6 +32,7 @@ impl fmt::Display for Summary<'_> {
             self.coupling(),
             self.slacks(),
             self.trade(),
+            self.notices(),
         ];
         lines.iter().flatten().try_for_each(|line| writeln!(f, "{}", clipped(line)))
     }
@@ -50,7 +52,7 @@ impl Summary<'_> {
         let Design { gains, sets, .. } = self.design;
         vec![
             String::new(),
-            "Assumptions: value below 1, and margin".to_owned(),
+            "Assumptions, each with its margin".to_owned(),
             below_one("1  spectral radius of A + BK", gains.rho_F),
             format!("  2  {:<40}{:<10} above 0", "smallest singular value, relative", short(gains.rank_margin)),
             below_one("3  spectral radius of calF", gains.rho_calF),
@@ -77,7 +79,8 @@ impl Summary<'_> {
         let mut lines = vec![String::new(), format!("Subsystem {}", model.name)];
         let rho = self.design.gains.subsystems[i].rho_F;
         lines.push(item("local loop", &format!("spectral radius {}, margin {}", short(rho), short(1.0 - rho))));
-        lines.extend(output_ranges(model, sizes));
+        let (epsilon, sample_time) = (self.design.sizing.epsilon, self.design.network.sample_time);
+        lines.extend(output_ranges(model, sizes, epsilon, sample_time));
         lines.extend(reserves(model, sizes));
         lines.push(item("facets", &format!("E {}, Sigma {}", sizes.E.facets(), sizes.Sigma.facets())));
         lines.push(item("terminal set", &upsets(model, sizes)));
@@ -109,6 +112,11 @@ impl Summary<'_> {
         titled("Smallest slack of every inclusion, after rounding", rows.collect())
     }
 
+    fn notices(&self) -> Vec<String> {
+        let notices = notices(self.design).into_iter().flat_map(|notice| wrapped(&notice, 96));
+        titled("Worth a second look", notices.collect())
+    }
+
     fn trade(&self) -> Vec<String> {
         let mut rows = vec![format!("  {:>9}{:>16}{:>12}", "reserve", "volume of Y", "eps")];
         rows.extend(self.design.sizing.trade.iter().map(trade_row));
@@ -123,10 +131,15 @@ fn below_one(what: &str, value: f64) -> String {
     format!("  {what:<43}{:<10} margin {}", short(value), short(1.0 - value))
 }
 
-/// Y_i in the user's outputs.
-fn output_ranges(model: &Subsystem, sizes: &SubsystemSizing) -> Vec<String> {
+/// Y_i in the user's outputs, and how long a reference takes from one end to the other.
+fn output_ranges(model: &Subsystem, sizes: &SubsystemSizing, epsilon: f64, sample_time: f64) -> Vec<String> {
     let ranges = model.outputs.iter().zip(sizes.Y.min.iter().zip(&sizes.Y.max));
-    ranges.map(|(signal, (min, max))| item("set-points", &range(signal, *min, *max))).collect()
+    let time = |width: f64| short((width / epsilon).ceil() * sample_time);
+    ranges
+        .map(|(signal, (min, max))| {
+            item("set-points", &format!("{}, crossed in {} s", range(signal, *min, *max), time(max - min)))
+        })
+        .collect()
 }
 
 fn range(signal: &Signal, min: f64, max: f64) -> String {
@@ -178,6 +191,20 @@ pub(crate) fn short(number: f64) -> String {
     let rounded = format!("{number:.3e}").parse().unwrap_or(number);
     let plain = rounded == 0.0 || (1e-3..1e6).contains(&f64::abs(rounded));
     if plain { format!("{rounded}") } else { format!("{rounded:e}") }
+}
+
+/// Lines of at most `columns` characters behind a dash or two spaces.
+fn wrapped(text: &str, columns: usize) -> Vec<String> {
+    let mut lines: Vec<String> = vec!["  -".to_owned()];
+    for word in text.split(' ') {
+        let last = lines.len() - 1;
+        if lines[last].chars().count() + 1 + word.chars().count() > columns {
+            lines.push(format!("    {word}"));
+        } else {
+            lines[last] = format!("{} {word}", lines[last]);
+        }
+    }
+    lines
 }
 
 /// The user's names can be of any length.

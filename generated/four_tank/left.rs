@@ -32,11 +32,11 @@ pub const N: usize = 3;
 /// Unknowns of the i-DPC problem.
 pub const NV: usize = 5;
 /// Rows of the i-DPC problem, of which:
-pub const NR: usize = 13;
+pub const NR: usize = 11;
 /// tube rows (35a),
 pub const NT: usize = 2;
 /// state rows (35c),
-pub const NS: usize = 6;
+pub const NS: usize = 4;
 /// input rows (35d).
 pub const NQ: usize = 3;
 /// Outputs of the whole network.
@@ -158,6 +158,11 @@ pub static TABLES: Parts = Tables {
         u_max: [
             3.0, // v1 [V]
         ],
+        // Largest |x+ - x| of a state that references start from
+        drift: [
+            2.59968e-9, // h1 [cm]
+            2.93512e-10, // h2 [cm]
+        ],
     },
     // (28): H_h^[i], then H_h^[j] over nothing; l~_h of (26); members
     coupling: [],
@@ -175,7 +180,7 @@ pub static TABLES: Parts = Tables {
         ],
         // Y_i of (31): upper ends
         y_max: [
-            3.79589, // h1 [cm]
+            3.95192, // h1 [cm]
         ],
         // (28): output and coefficient
         rows: [],
@@ -184,82 +189,74 @@ pub static TABLES: Parts = Tables {
     problem: DpcProblem {
         // Rows of unit length in w: (35a), (35c), (35d), (35b), (36)
         V: [
-            [-0.8832498423506977, -0.01700778615319644, 0.2742322406312866, 0.2706818808767607, 0.2666616747134807], // (35a) x - xhat in E, normal 1
-            [0.0, -0.9899065959836141, 0.08359077468949005, 0.08185025172399221, 0.07998781099432457], // (35a) x - xhat in E, normal 2
-            [0.8832498423506977, 0.01700778615319644, -0.2742322406312866, -0.2706818808767607, -0.2666616747134807], // h1 >= -12.4 cm at step 0
-            [0.0, 0.9899065959836141, -0.08359077468949005, -0.08185025172399221, -0.07998781099432457], // h2 >= -1.4 cm at step 0
-            [0.9181595816077871, 0.01768000521453048, 0.005173913317103948, -0.2819465436314786, -0.27775848730988834], // h1 >= -12.4 cm at step 1
-            [0.0, 0.9933517766084989, 0.0029598160155326508, -0.08230451712954782, -0.08043291526461828], // h2 >= -1.4 cm at step 1
-            [0.9566037305395486, 0.018420282577199305, 0.005390549616617879, 0.010760560358781656, -0.29056005958009873], // h1 >= -12.4 cm at step 2
-            [0.0, 0.9966884972187051, 0.0029697581924472308, 0.005928806666708776, -0.08104362590424034], // h2 >= -1.4 cm at step 2
-            [0.0, 0.0, 0.9999962545198653, -0.0019506871312978333, -0.0019198348774100051], // v1 >= -3 V at step 0, v1 <= 3 V at step 0
-            [0.0, 0.0, 0.0, 0.9999925988515993, -0.0038473681945307312], // v1 >= -3 V at step 1, v1 <= 3 V at step 1
+            [-0.8832497438213919, -0.017007785506841823, 0.27423234462336854, 0.27068198823946105, 0.2666617851824688], // (35a) x - xhat in E, normal 1
+            [0.0, -0.9899065857272833, 0.08359081424320597, 0.08185029314849121, 0.07998785419935034], // (35a) x - xhat in E, normal 2
+            [0.8832497438213919, 0.017007785506841823, -0.27423234462336854, -0.27068198823946105, -0.2666617851824688], // h1 >= -12.4 cm at step 0
+            [0.0, 0.9899065857272833, -0.08359081424320597, -0.08185029314849121, -0.07998785419935034], // h2 >= -1.4 cm at step 0
+            [0.0, 0.9933517696002561, 0.002959814663020087, -0.0823045590515483, -0.08043295896913641], // h2 >= -1.4 cm at step 1
+            [0.0, 0.9966884936363142, 0.0029697568456693866, 0.005928803977455289, -0.081043670207176], // h2 >= -1.4 cm at step 2
+            [0.0, 0.0, 0.9999962545195064, -0.0019506872059609614, -0.0019198349885036943], // v1 >= -3 V at step 0, v1 <= 3 V at step 0
+            [0.0, 0.0, 0.0, 0.9999925988507419, -0.003847368417378795], // v1 >= -3 V at step 1, v1 <= 3 V at step 1
             [0.0, 0.0, 0.0, 0.0, 1.0], // v1 >= -3 V at step 2, v1 <= 3 V at step 2
-            [0.9995942423526673, 0.019248104328730028, 0.005632805087273143, 0.011244148267182433, 0.01681373758990258], // (36) terminal set, normal 1
-            [0.0, 0.9999383003348039, 0.0029794413878034545, 0.00594813813730765, 0.00889596005271857], // (36) terminal set, normal 2
+            [0.9995942425338182, 0.019248105747910717, 0.005632802426015632, 0.011244142953758687, 0.016813729640510415], // (36) terminal set, normal 1
+            [0.0, 0.9999383003903463, 0.0029794400475087867, 0.0059481354609953055, 0.00889595604790855], // (36) terminal set, normal 2
         ],
         // Lower limits of the rows
         lower: [
-            -36.753358242089156, // (35a) x - xhat in E, normal 1
-            -0.699313424789744, // (35a) x - xhat in E, normal 2
-            -45.69847366696525, // h1 >= -12.4 cm at step 0
-            -6.946531156631914, // h2 >= -1.4 cm at step 0
-            -47.8829443247032, // h1 >= -12.4 cm at step 1
-            -7.0876535130244385, // h2 >= -1.4 cm at step 1
-            -50.28509757329767, // h1 >= -12.4 cm at step 2
-            -7.230769000657214, // h2 >= -1.4 cm at step 2
-            -2.866284674768103, // v1 >= -3 V at step 0, v1 <= 3 V at step 0
-            -2.8690348001763466, // v1 >= -3 V at step 1, v1 <= 3 V at step 1
-            -2.8717373579639496, // v1 >= -3 V at step 2, v1 <= 3 V at step 2
-            -42.86070603650155, // (36) terminal set, normal 1
-            -0.7469377123933155, // (36) terminal set, normal 2
+            -34.59970533380073, // (35a) x - xhat in E, normal 1
+            -0.6581051908804788, // (35a) x - xhat in E, normal 2
+            -47.852156427501335, // h1 >= -12.4 cm at step 0
+            -6.9877427653166855, // h2 >= -1.4 cm at step 0
+            -7.129702380323704, // h2 >= -1.4 cm at step 1
+            -7.2736669532785925, // h2 >= -1.4 cm at step 2
+            -2.87429342021223, // v1 >= -3 V at step 0, v1 <= 3 V at step 0
+            -2.8770512299623068, // v1 >= -3 V at step 1, v1 <= 3 V at step 1
+            -2.8797613392909653, // v1 >= -3 V at step 2, v1 <= 3 V at step 2
+            -40.48582236601511, // (36) terminal set, normal 1
+            -0.7055503682445523, // (36) terminal set, normal 2
         ],
         // Upper limits of the rows
         upper: [
-            36.753358242089156, // (35a) x - xhat in E, normal 1
-            0.699313424789744, // (35a) x - xhat in E, normal 2
+            34.59970533380073, // (35a) x - xhat in E, normal 1
+            0.6581051908804788, // (35a) x - xhat in E, normal 2
             f64::INFINITY, // h1 >= -12.4 cm at step 0
             f64::INFINITY, // h2 >= -1.4 cm at step 0
-            f64::INFINITY, // h1 >= -12.4 cm at step 1
             f64::INFINITY, // h2 >= -1.4 cm at step 1
-            f64::INFINITY, // h1 >= -12.4 cm at step 2
             f64::INFINITY, // h2 >= -1.4 cm at step 2
-            2.866284674768103, // v1 >= -3 V at step 0, v1 <= 3 V at step 0
-            2.8690348001763466, // v1 >= -3 V at step 1, v1 <= 3 V at step 1
-            2.8717373579639496, // v1 >= -3 V at step 2, v1 <= 3 V at step 2
-            42.86070603650155, // (36) terminal set, normal 1
-            0.7469377123933155, // (36) terminal set, normal 2
+            2.87429342021223, // v1 >= -3 V at step 0, v1 <= 3 V at step 0
+            2.8770512299623068, // v1 >= -3 V at step 1, v1 <= 3 V at step 1
+            2.8797613392909653, // v1 >= -3 V at step 2, v1 <= 3 V at step 2
+            40.48582236601511, // (36) terminal set, normal 1
+            0.7055503682445523, // (36) terminal set, normal 2
         ],
         // Offsets of the first rows, over e = x - xref
         tube: [
-            [6.649341282988326, 0.0], // (35a) x - xhat in E, normal 1
-            [0.0, 5.461317558158342], // (35a) x - xhat in E, normal 2
+            [6.649343690427648, 0.0], // (35a) x - xhat in E, normal 1
+            [0.0, 5.461319968712275], // (35a) x - xhat in E, normal 2
         ],
         // Offsets of the next rows, over xref_{t+k}, k the stage
         state: [
-            StageRow { stage: 0, row: [6.649341282988326, 0.0] }, // h1 >= -12.4 cm at step 0
-            StageRow { stage: 0, row: [0.0, 5.461317558158342] }, // h2 >= -1.4 cm at step 0
-            StageRow { stage: 1, row: [6.967191962900065, 0.0] }, // h1 >= -12.4 cm at step 1
-            StageRow { stage: 1, row: [0.0, 5.572267035737431] }, // h2 >= -1.4 cm at step 1
-            StageRow { stage: 2, row: [7.316716476133209, 0.0] }, // h1 >= -12.4 cm at step 2
-            StageRow { stage: 2, row: [0.0, 5.68478350011794] }, // h2 >= -1.4 cm at step 2
+            StageRow { stage: 0, row: [6.649343690427648, 0.0] }, // h1 >= -12.4 cm at step 0
+            StageRow { stage: 0, row: [0.0, 5.461319968712275] }, // h2 >= -1.4 cm at step 0
+            StageRow { stage: 1, row: [0.0, 5.572269513683598] }, // h2 >= -1.4 cm at step 1
+            StageRow { stage: 2, row: [0.0, 5.684786047773564] }, // h2 >= -1.4 cm at step 2
         ],
         // Offsets of the next rows, over uref_{t+k}, k the stage
         input: [
-            StageRow { stage: 0, row: [1.000984871839181] }, // v1 >= -3 V at step 0, v1 <= 3 V at step 0
-            StageRow { stage: 1, row: [1.001945290723441] }, // v1 >= -3 V at step 1, v1 <= 3 V at step 1
-            StageRow { stage: 2, row: [1.0028890976957476] }, // v1 >= -3 V at step 2, v1 <= 3 V at step 2
+            StageRow { stage: 0, row: [1.0009848718575687] }, // v1 >= -3 V at step 0, v1 <= 3 V at step 0
+            StageRow { stage: 1, row: [1.0019452907973596] }, // v1 >= -3 V at step 1, v1 <= 3 V at step 1
+            StageRow { stage: 2, row: [1.0028890978631209] }, // v1 >= -3 V at step 2, v1 <= 3 V at step 2
         ],
         // L^-T of H = L L': (dx_0, du_0, ..., du_{N-1}) = T w
         T: [
-            [0.13283268293212802, 0.002557815192417504, -0.041242016157733145, -0.04070807458315806, -0.040103472413983],
-            [0.0, 0.1812578348433247, -0.015305972194313932, -0.014987272000274167, -0.014646247932394165],
-            [0.0, 0.0, 0.9990123553840536, -0.0019487678447264608, -0.001917945946458267],
-            [0.0, 0.0, 0.0, 0.9980510993065982, -0.0038398984756471],
-            [0.0, 0.0, 0.0, 0.0, 0.9971192251442501],
+            [0.13283262002126803, 0.0025578141691376425, -0.04124201686523613, -0.0407080759908881, -0.04010347450777035],
+            [0.0, 0.18125775296053442, -0.015305972680980976, -0.014987272970162684, -0.014646249378831154],
+            [0.0, 0.0, 0.9990123553653436, -0.0019487679192803295, -0.001917946057407419],
+            [0.0, 0.0, 0.0, 0.9980510992321111, -0.003839898697779212],
+            [0.0, 0.0, 0.0, 0.0, 0.9971192249778398],
         ],
         // Working-set changes before the shifted candidate (47) is used
-        max_iterations: 72,
+        max_iterations: 64,
     },
 };
 
@@ -270,9 +267,7 @@ pub static ROWS: [&str; NR] = [
     "(35a) x - xhat in E, normal 2",
     "h1 >= -12.4 cm at step 0",
     "h2 >= -1.4 cm at step 0",
-    "h1 >= -12.4 cm at step 1",
     "h2 >= -1.4 cm at step 1",
-    "h1 >= -12.4 cm at step 2",
     "h2 >= -1.4 cm at step 2",
     "v1 >= -3 V at step 0, v1 <= 3 V at step 0",
     "v1 >= -3 V at step 1, v1 <= 3 V at step 1",
@@ -299,14 +294,14 @@ pub static STEADY_U: [[f64; NETWORK_NY]; NU] = [
 /// E_i of (18): row and width. `|row . (x - xhat)| <= width` at every step.
 #[rustfmt::skip]
 pub static TUBE: [([f64; NX], f64); 2] = [
-    ([1.0, 0.0], 5.5273683028),
-    ([0.0, 1.0], 0.12804848232),
+    ([1.0, 0.0], 5.2034767557),
+    ([0.0, 1.0], 0.12050295435),
 ];
 
 /// Z_i of (21): half-widths. `|z - zref|` stays below them, and neighbours rely on it. One per coupling output.
 #[rustfmt::skip]
 pub static Z_WIDTHS: [f64; NZ] = [
-    0.031502229563, // 0.0165 h2 + 0.00013 v1
+    0.029000094665, // 0.0165 h2 + 0.00013 v1
 ];
 
 /// X_i: row and limit, `row . x <= limit`, in the deviations the model is in.

@@ -8,16 +8,13 @@ use crate::solver::{Outcome, Solver, WorkingSet};
 use crate::start::{StartError, SteadyState};
 use crate::status::{Control, References, Status};
 use crate::tables::{CouplingRow, Tables};
-use crate::trajectory::{Point, Trajectory};
-
-/// The first step's references count as steady up to this, relative to the state's size.
-const STEADY: f64 = 1e-6;
+use crate::trajectory::Trajectory;
 
 /// A coupling constraint counts as exceeded above this, relative to the numbers in it.
 const EXCEEDED: f64 = 1e-9;
 
-/// The shifted candidate counts as feasible up to this, relative to the rows' limits: it carries the rounding errors of
-/// all steps since the last solution.
+/// The shifted candidate counts as feasible up to this, as [`Instance::admits`](crate::problem::Instance::admits) takes
+/// it: it carries the rounding errors of all steps since the last solution.
 const CANDIDATE: f64 = 1e-9;
 
 /// The controller of one subsystem: everything it remembers from step to step.
@@ -45,17 +42,35 @@ pub struct Controller<
     tables: &'a Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>,
     step: i64,
     trajectory: Trajectory<NX, NU, NY, N>,
-    /// The last solution, shifted to the present: the candidate (47).
-    plan: Plan<NX, NU, N>,
+    /// The last period's plan, shifted to the present: the candidate (47), this period's fall-back and warm start.
+    candidate: Planned<NX, NU, N, NV>,
+    /// This period's plan. The candidate stays beside it, because the period may be planned again.
+    present: Present<NX, NU, N, NV>,
     /// How far the measurement may move each tube row; `None`: states are measured exactly.
     noise: Option<&'a [f64; NT]>,
-    /// dx_0 of the candidate, where it is known that the true state lies within E_i of it.
-    forecast: Option<[f64; NX]>,
-    /// Whether the present plan has that property: its step was feasible.
+    /// Whether the true state is known to lie within E_i of this period's plan: the step was feasible.
     certified: bool,
-    working_set: WorkingSet<NV>,
+    /// The same of the candidate, for the next state.
+    forecast: bool,
     max_iterations: usize,
     degraded: bool,
+}
+
+/// A plan and the rows that hold with equality in it.
+#[derive(Debug, Clone)]
+struct Planned<const NX: usize, const NU: usize, const N: usize, const NV: usize> {
+    plan: Plan<NX, NU, N>,
+    active: WorkingSet<NV>,
+}
+
+/// What the period is planned to be.
+#[derive(Debug, Clone)]
+enum Present<const NX: usize, const NU: usize, const N: usize, const NV: usize> {
+    /// The shifted candidate: there is nothing better yet, or nothing better was found.
+    Candidate,
+    /// On the reference.
+    Rest,
+    Solved(Planned<NX, NU, N, NV>),
 }
 
 /// What a step gives.
@@ -127,7 +142,7 @@ impl<
     ///
     /// # Errors
     /// `steady` is not finite, its output is outside Y_i, its input outside U_i, or no reference has that input. Whether
-    /// it is steady together with the neighbours is seen at step 0, from their messages.
+    /// it is steady together with the neighbours is seen at step 0, from their messages: see [`References::NotSteady`].
     pub fn start(
         tables: &'a Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>,
         steady: &SteadyState<NX, NU>,
@@ -141,23 +156,22 @@ impl<
         if !steady.is_finite() {
             return Err(StartError::NotFinite);
         }
-        let point = Point { x: steady.x, u: steady.u, y: times(&model.C, &steady.x) };
-        if !tables.reference.contains(&point.y) {
+        if !tables.reference.contains(&times(&model.C, &steady.x)) {
             return Err(StartError::OutputOutside);
         }
         if let Some(input) = steady.input_outside(&model.u_min, &model.u_max) {
             return Err(StartError::InputOutside { input });
         }
-        let trajectory = Trajectory::constant(point, steady.error_sum(model)?);
+        let trajectory = Trajectory::constant(model, steady.x, steady.error_sum(model)?);
         let controller = Self {
             tables,
             step: 0,
             trajectory,
-            plan: Plan::REST,
+            candidate: Planned::REST,
+            present: Present::Candidate,
             noise: None,
-            forecast: None,
             certified: false,
-            working_set: WorkingSet::EMPTY,
+            forecast: false,
             max_iterations: tables.problem.max_iterations,
             degraded: false,
         };
@@ -186,27 +200,30 @@ impl<
     }
 
     /// The input of this period. It depends on no message and not on the set-point, so it can be applied before they are
-    /// looked at. [`Self::references`] ends the period; until then, calling it again replaces the answer.
+    /// looked at. [`Self::references`] ends the period; until then, calling it again replaces the answer: as if it had
+    /// been the only call.
     pub fn input(&mut self, x: &[f64; NX]) -> Input<NX, NU, NY> {
         let reference = self.trajectory.now();
         let e = subtract(x, &reference.x);
+        self.present = Present::Candidate;
         let mut control = if finite(&e) { self.control(&e) } else { Control::NotFinite };
         let mut input = self.feedback(&reference.u, &e);
-        if !finite(&input) {
+        if control == Control::NotFinite || !finite(&input) {
             control = Control::NotFinite;
-            input = self.feedback(&reference.u, &self.plan.dx);
+            self.present = Present::Candidate;
+            input = add(&reference.u, &self.plan().now());
         }
         self.certified = control.is_admissible();
         if !self.certified {
             self.confine(&mut input);
         }
-        let u_nom = add(&reference.u, &self.plan.now());
+        let plan = self.plan();
         let telemetry = Telemetry {
             x_ref: reference.x,
             u_ref: reference.u,
             y_ref: reference.y,
-            x_nom: add(&reference.x, &self.plan.dx),
-            u_nom,
+            x_nom: add(&reference.x, &plan.dx),
+            u_nom: add(&reference.u, &plan.now()),
         };
         Input { input, control, telemetry }
     }
@@ -219,8 +236,7 @@ impl<
         let references = if heard && self.departs(&imports.z) { References::NotSteady } else { references };
         self.degraded |= !heard || !references.are_admissible();
         self.trajectory.advance(&self.tables.model, y, &imports.z);
-        self.plan = self.plan.shifted(&self.tables.model);
-        self.forecast = self.certified.then_some(self.plan.dx);
+        self.shift();
         let message = self.message(self.step);
         self.step = self.step.wrapping_add(1);
         Outlook { message, references, deliveries: imports.deliveries }
@@ -240,41 +256,67 @@ impl<
     /// to see the shifted candidate at work.
     pub fn limit_iterations(&mut self, max_iterations: usize) {
         self.max_iterations = max_iterations;
-        self.working_set = WorkingSet::EMPTY;
+        self.candidate.active = WorkingSet::EMPTY;
+        if let Present::Solved(solved) = &mut self.present {
+            solved.active = WorkingSet::EMPTY;
+        }
     }
 
-    /// Solves the i-DPC problem and plans its solution, or keeps the shifted candidate and says why.
+    /// Solves the i-DPC problem and plans its solution, or leaves the candidate in its place and says why.
     fn control(&mut self, e: &[f64; NX]) -> Control {
         let problem = &self.tables.problem;
         let mut instance = problem.at(e, &self.trajectory.x, &self.trajectory.u);
         if let Some(noise) = self.noise {
-            problem.doubt(&mut instance, noise, e, self.forecast.as_ref());
+            let forecast = self.forecast.then_some(&self.candidate.plan.dx);
+            problem.doubt(&mut instance, noise, e, forecast);
         }
         if instance.rests() {
-            self.plan = Plan::REST;
-            self.working_set = WorkingSet::EMPTY;
+            self.present = Present::Rest;
             return Control::AtReference;
         }
         if !instance.is_finite() {
             return Control::NotFinite;
         }
         let mut solver = Solver::NEW;
-        match solver.solve(&instance, &self.working_set, self.max_iterations) {
+        match solver.solve(&instance, &self.candidate.active, self.max_iterations) {
             Outcome::Optimal { iterations } => {
-                self.plan = problem.plan(solver.w());
-                self.working_set = solver.working_set();
-                Control::Optimal { iterations, active: self.working_set.len() }
+                let active = solver.working_set();
+                self.present = Present::Solved(Planned { plan: problem.plan(solver.w()), active });
+                Control::Optimal { iterations, active: active.len() }
             }
+            _ if instance.admits(&problem.unknowns(&self.candidate.plan), CANDIDATE) => Control::Candidate,
             Outcome::Infeasible { row } => Control::Infeasible { row },
-            Outcome::IterationLimit if instance.admits(&problem.unknowns(&self.plan), CANDIDATE) => Control::Candidate,
             Outcome::IterationLimit => Control::IterationLimit,
+        }
+    }
+
+    /// Makes this period's plan the next one's candidate.
+    fn shift(&mut self) {
+        match &self.present {
+            Present::Rest => self.candidate = Planned::REST,
+            Present::Candidate => self.candidate.plan = self.candidate.plan.shifted(&self.tables.model),
+            Present::Solved(Planned { plan, active }) => {
+                self.candidate = Planned { plan: plan.shifted(&self.tables.model), active: *active };
+            }
+        }
+        self.present = Present::Candidate;
+        self.forecast = self.certified;
+    }
+
+    /// This period's plan.
+    fn plan(&self) -> &Plan<NX, NU, N> {
+        match &self.present {
+            Present::Rest => &Plan::REST,
+            Present::Candidate => &self.candidate.plan,
+            Present::Solved(solved) => &solved.plan,
         }
     }
 
     /// (38): uref_t + du_0 + K (x - xhat), with x - xhat = (x - xref) - dx_0.
     fn feedback(&self, u_ref: &[f64; NU], deviation: &[f64; NX]) -> [f64; NU] {
-        let error = subtract(deviation, &self.plan.dx);
-        add(&add(u_ref, &self.plan.now()), &times(&self.tables.model.K, &error))
+        let plan = self.plan();
+        let error = subtract(deviation, &plan.dx);
+        add(&add(u_ref, &plan.now()), &times(&self.tables.model.K, &error))
     }
 
     fn confine(&self, input: &mut [f64; NU]) {
@@ -290,27 +332,33 @@ impl<
         if NC > 0 && !heard {
             return (previous, References::Waiting);
         }
-        if !finite(set_point) {
-            return (previous, References::SetPointNotFinite);
-        }
         let limits = self.tables.coupling.each_ref().map(|row| row.share(&previous, y_others));
         let exceeded = self.tables.coupling.iter().position(|row| row.exceeded(&previous, y_others));
-        match (self.tables.reference.next(&previous, set_point, &limits), exceeded) {
-            (next, Some(row)) => (next.unwrap_or(previous), References::CouplingExceeded { row }),
-            (Some(next), None) => (next, References::Nearest),
-            (None, None) => (previous, References::Kept),
-        }
+        let wanted = finite(set_point);
+        let next = if wanted { self.tables.reference.next(&previous, set_point, &limits) } else { None };
+        let references = match (exceeded, next) {
+            (Some(row), _) => References::CouplingExceeded { row },
+            (None, Some(_)) => References::Nearest,
+            (None, None) if wanted => References::Kept,
+            (None, None) => References::SetPointNotFinite,
+        };
+        (next.unwrap_or(previous), references)
     }
 
-    /// Whether this is the first step and the start does not stay where it is under the neighbours' starts.
+    /// Whether this is the first step and the start does not stay where it is under the neighbours' starts: then chi_0 is not
+    /// chi_ss, and (7a) does not hold over the first window.
     fn departs(&self, z: &[f64; NI]) -> bool {
-        self.step == 0 && self.trajectory.drift(&self.tables.model, z) > STEADY
+        self.step == 0 && !self.trajectory.stays(&self.tables.model, z)
     }
 
     fn message(&self, step: i64) -> Message<NY, NZ> {
         let newest = self.trajectory.newest();
         Message { step, y_ref: newest.y, z_ref: newest.coupling_output(&self.tables.model) }
     }
+}
+
+impl<const NX: usize, const NU: usize, const N: usize, const NV: usize> Planned<NX, NU, N, NV> {
+    const REST: Self = Self { plan: Plan::REST, active: WorkingSet::EMPTY };
 }
 
 impl<const NY: usize, const NJ: usize> CouplingRow<NY, NJ> {

@@ -52,20 +52,21 @@
 //! |---|---|---|---|
 //! | [`Control::AtReference`] | nothing | (38) with xhat = xref, uhat = uref | holds |
 //! | [`Control::Optimal`] | nothing | (38) | holds |
-//! | [`Control::Candidate`] | nothing, but the iteration budget ran out | (38) of the shifted candidate (47), which is feasible | holds |
-//! | [`Control::Infeasible`] | the disturbance left W_i, or the start was not feasible | as before, put into the box around U_i | not in this step |
+//! | [`Control::Candidate`] | nothing, but the iteration budget or the solver's precision ran out | (38) of the shifted candidate (47), which is feasible | holds |
+//! | [`Control::Infeasible`] | the disturbance left W_i, or the start was not feasible; the candidate is not feasible either | as before, put into the box around U_i | not in this step |
 //! | [`Control::IterationLimit`] | as before, and the budget ran out | as before | not in this step |
 //! | [`Control::NotFinite`] | the measurement | uref + du_0 of the candidate, put into the box around U_i | not in this step |
 //! | [`References::SetPointNotFinite`], [`References::Kept`] | nothing: yref stays | - | holds |
 //! | [`Delivery`] other than [`Delivery::InSequence`] | a message | - (the last values are held) | lost |
 //! | [`References::Waiting`] | a message, with coupling constraints | - (yref stays) | lost |
-//! | [`References::NotSteady`] | the starts of the neighbours do not fit together | - | lost |
+//! | [`References::NotSteady`] | the starts of the neighbours do not fit together: for N - 1 steps the references do not follow (7a) | - | lost |
 //! | [`References::CouplingExceeded`] | the starts exceed a coupling constraint (or messages were lost) | - | lost |
 //!
 //! The shifted candidate is the last solution, one step on: (dx_1, du_1, ..., du_{N-1}, K_i dx_N). It is kept in the controller
-//! and shifted on for as long as no new solution is found. A guarantee that was lost with the references
-//! ([`Status::degraded`]) comes back with a new start only; one that was lost with a step comes back when every subsystem
-//! is feasible again.
+//! and shifted on for as long as no new solution is found; within a period it stays, however often the input is computed.
+//! A guarantee that was lost with the references ([`Status::degraded`]) comes back with a new start only; one that was lost
+//! with a step comes back when every subsystem is feasible again. Each status is what one subsystem can see; the guarantee
+//! is the network's and holds where all of them say so ([`Status::is_guaranteed`]).
 //!
 //! # What is measured with an error
 //! Where the file states a measurement error, the emitted `start` calls [`Controller::with_measurement_error`], and x_t above is

@@ -125,13 +125,14 @@ impl<const NV: usize, const NR: usize> Instance<'_, NV, NR> {
         finite(&self.offset)
     }
 
-    /// Whether `w` violates no row by more than `tolerance` times (the row's scale + the largest |w_k|).
+    /// Whether `w` is finite and violates no row by more than `tolerance` times (the row's scale + the largest |w_k|).
     pub fn admits(&self, w: &[f64; NV], tolerance: f64) -> bool {
         let size = largest(w);
-        self.iter().all(|row| {
+        let satisfied = |row: Row<'_, NV>| {
             let value = dot(row.normal, w);
             (row.lower - value).max(value - row.upper) <= tolerance * (row.scale + size)
-        })
+        };
+        finite(w) && self.iter().all(satisfied)
     }
 }
 
@@ -251,6 +252,8 @@ mod tests {
         assert!(instance.admits(&[0.5, 0.89, 0.6, 1e9, 0.0, 0.0], 1e-9));
         assert!(!instance.admits(&[0.6, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-9));
         assert!(!instance.admits(&[0.0, 0.0, 0.0, -1.1, 0.0, 0.0], 1e-9));
+        assert!(!instance.admits(&[0.0, 0.0, 0.0, f64::INFINITY, 0.0, 0.0], 1e-9));
+        assert!(!instance.admits(&[0.0, 0.0, 0.0, 0.0, 0.0, f64::NAN], 1e-9));
         assert!(!problem.at(&[1.0, 0.2], &[[0.0; 2]; 2], &[[0.0; 2]; 2]).rests());
         assert!(!problem.at(&[f64::NAN, 0.0], &[[0.0; 2]; 2], &[[0.0; 2]; 2]).rests());
         assert!(!problem.at(&[f64::MAX, f64::MAX], &[[0.0; 2]; 2], &[[0.0; 2]; 2]).is_finite());

@@ -33,7 +33,9 @@ pub struct Row<'a, const NV: usize> {
     pub normal: &'a [f64; NV],
     pub lower: f64,
     pub upper: f64,
-    /// Magnitude of the numbers the limits were computed from; rounding errors of the limits are relative to it.
+    /// Magnitude of the limits. Tolerances and rounding errors are taken relative to it plus the largest |w_k|. In the
+    /// i-DPC problem it is that of the constant limits alone, without the offsets: where an offset outgrows its limit, so
+    /// do the |w_k| that satisfy the row, and the sum is of the right size.
     pub scale: f64,
 }
 

@@ -3,13 +3,15 @@
 use core::fmt;
 
 use crate::factor::Factor;
-use crate::linear::{add_scaled, dot, finite, largest, subtract, times};
+use crate::linear::{add_scaled, dot, finite, subtract, times};
 use crate::tables::Model;
 
-/// A state and an input that the subsystem can stay at, together with its neighbours at theirs.
+/// A state and an input that the subsystem can stay at, together with its neighbours at theirs, to within
+/// [`Model::drift`] per step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SteadyState<const NX: usize, const NU: usize> {
     pub x: [f64; NX],
+    /// The references start with what (7f) makes of it: this up to rounding.
     pub u: [f64; NU],
 }
 
@@ -29,7 +31,7 @@ pub enum StartError {
     InputOutOfReach,
 }
 
-/// Largest relative residual of u = Kx x + Ke eref.
+/// Largest residual of an input in u = Kx x + Ke eref, relative to the sum of the magnitudes of its terms.
 const REACHED: f64 = 1e-9;
 
 impl<const NX: usize, const NU: usize> SteadyState<NX, NU> {
@@ -47,8 +49,10 @@ impl<const NX: usize, const NU: usize> SteadyState<NX, NU> {
             add_scaled(&mut e, 1.0, &normal.solve(&missing));
             missing = subtract(&wanted, &times(&model.Ke, &e));
         }
-        let size = largest(&self.u).max(largest(&feedback));
-        if largest(&missing) <= REACHED * size { Ok(e) } else { Err(StartError::InputOutOfReach) }
+        let sums = times(&model.Ke.map(|row| row.map(f64::abs)), &e.map(f64::abs));
+        let sizes = self.u.iter().zip(&feedback).zip(&sums).map(|((u, feedback), sum)| u.abs() + feedback.abs() + sum);
+        let reached = missing.iter().zip(sizes).all(|(missing, size)| missing.abs() <= REACHED * size);
+        if reached { Ok(e) } else { Err(StartError::InputOutOfReach) }
     }
 
     pub(crate) fn is_finite(&self) -> bool {
@@ -129,6 +133,7 @@ mod tests {
             Ke,
             u_min: [-9.0; 2],
             u_max: [9.0; 2],
+            drift: [0.0],
         }
     }
 
@@ -139,10 +144,38 @@ mod tests {
         assert!((e - 3.0).abs() < 1e-15);
     }
 
+    /// An input that is zero is reached as well as the rounding of its terms allows.
+    #[test]
+    fn reaches_every_input_with_as_many_outputs() {
+        let Ke = [[0.3, 0.1], [0.1, 0.7]];
+        let model: Model<1, 2, 2, 0, 0> = Model {
+            A: [[0.5]],
+            B: [[1.0, 1.0]],
+            C: [[1.0], [1.0]],
+            Cz: [],
+            Dz: [],
+            EL: [[]],
+            K: [[0.0], [0.0]],
+            Kx: [[0.5], [-1.0]],
+            Ke,
+            u_min: [-9.0; 2],
+            u_max: [9.0; 2],
+            drift: [0.0],
+        };
+        for k in 0..1000 {
+            let start = SteadyState { x: [0.0], u: [0.001 * f64::from(k), 0.0] };
+            let [a, b] = start.error_sum(&model).unwrap();
+            assert!((0.3 * a + 0.1 * b - start.u[0]).abs() < 1e-15 && (0.1 * a + 0.7 * b).abs() < 1e-15);
+        }
+    }
+
     #[test]
     fn refuses_an_input_that_no_error_sum_gives() {
         let off = SteadyState { x: [2.0], u: [4.0, 4.1] };
         assert_eq!(off.error_sum(&model([[1.0], [2.0]])), Err(StartError::InputOutOfReach));
+        // The second input is small, in its unit: it is not the first one's size that its residual is compared with.
+        let beside = SteadyState { x: [0.0], u: [1.0, 1e-9 + 1e-16] };
+        assert_eq!(beside.error_sum(&model([[1.0], [1e-9]])), Err(StartError::InputOutOfReach));
         let any = SteadyState { x: [2.0], u: [1.0, -2.0] };
         assert_eq!(any.error_sum(&model([[0.0], [0.0]])), Err(StartError::InputOutOfReach));
     }

@@ -17,13 +17,20 @@ pub enum Control {
         /// Rows that hold with equality.
         active: usize,
     },
-    /// The iteration budget ran out, and the shifted candidate (47) was used instead, which satisfies the constraints
-    /// (it was checked). Input: (38) of the candidate. No assumption broke: the guarantee holds, and the cost still falls.
+    /// The iteration budget ran out, or the solver's numerical thresholds took the problem for infeasible, and the shifted
+    /// candidate (47) was used instead. Input: (38) of the candidate. No assumption broke: the guarantee holds, and the cost
+    /// still falls.
+    ///
+    /// The candidate satisfies the constraints: it was checked, up to 1e-9 of each row's limit plus 1e-9 of the largest
+    /// |w_k|, which allows for the rounding errors of all steps since the last solution. The design has room for that: it
+    /// makes the tubes for W_i and twice the rounding floor, 1e-8 of the bounds of each state (see (18) in the compiler),
+    /// of which the plant needs next to nothing: from within E_i it ends a step that far inside E_i around the candidate.
+    /// An input has this room through K_i only; where K_i is 0, its limit is kept to these 1e-9.
     Candidate,
-    /// The i-DPC problem has no solution: the disturbance left W_i (a neighbour's z left its zref by more than Z_i, or the
-    /// plant is not the model), or the start was not feasible. Input: (38) of the shifted candidate, put into the box
-    /// around U_i. The guarantee is lost for this step; it holds again from the first step on at which every subsystem
-    /// is feasible again.
+    /// The i-DPC problem has no solution, and the shifted candidate is none either: the disturbance left W_i (a neighbour's
+    /// z left its zref by more than Z_i, or the plant is not the model), or the start was not feasible. Input: (38) of the
+    /// shifted candidate, put into the box around U_i. The guarantee is lost for this step; it holds again from the first
+    /// step on at which every subsystem is feasible again.
     Infeasible {
         /// The row that could not be satisfied, an index into the emitted row names.
         row: usize,
@@ -45,17 +52,21 @@ pub enum References {
     SetPointNotFinite,
     /// The reference-output layer found no answer: yref stays. The guarantee holds.
     Kept,
-    /// A message is missing and there are coupling constraints, whose other side is unknown: yref stays.
+    /// A message is missing and there are coupling constraints, whose other side is unknown: yref stays. Whether one is
+    /// exceeded is not known either. The guarantee is lost with the message.
     Waiting,
     /// k_h > l~_h in (27): the references of the neighbours and this one violate the tightened coupling constraint, so the
-    /// assumption of Theorem 1 on k_h does not hold. yref stays unless moving lowers k_h. The guarantee is lost.
+    /// assumption of Theorem 1 on k_h does not hold. yref stays unless there is a set-point and (28) lets it move. The
+    /// guarantee is lost.
     CouplingExceeded {
         /// Index of the coupling row.
         row: usize,
     },
-    /// Only at the first step: the state the controller was started from is not steady under what the neighbours sent, so
-    /// their starts do not fit together. The references go on as (7) says and settle, but may leave the tightened
-    /// sets on the way: the guarantee is lost.
+    /// Only at the first step: under what the neighbours sent, a state the controller was started from moves within one
+    /// step by more than [`Model::drift`](crate::tables::Model::drift), so their starts do not fit together, and chi_0 is not
+    /// the chi_ss of Theorem 1. The references of the first window were laid at rest: for the first N - 1 steps they do
+    /// not follow (7a) at all, whatever the neighbours' do to them. Then they go on as (7) says and settle, but may leave
+    /// the tightened sets on the way. The guarantee is lost.
     NotSteady,
 }
 
@@ -87,7 +98,12 @@ impl References {
 }
 
 impl<const NB: usize> Status<NB> {
-    /// Whether every assumption of Theorem 1 that this subsystem can see held up to this step.
+    /// Whether every assumption of Theorem 1 that this subsystem can see holds: at this step that its own problem is
+    /// feasible, and up to this step that its neighbours' messages arrived and fitted.
+    ///
+    /// Theorem 1 is about the network, and its guarantee holds where every subsystem says so. One alone does not see what
+    /// is wrong elsewhere until it is disturbed by it: a bad start of a subsystem that is no neighbour, messages that
+    /// others missed, and, since messages hold references only, a neighbour whose problem is infeasible.
     pub fn is_guaranteed(&self) -> bool {
         self.control.is_admissible() && !self.degraded
     }
@@ -109,7 +125,7 @@ impl fmt::Display for Control {
             Self::Optimal { iterations, active } => {
                 write!(f, "optimal ({iterations} iterations, {active} active rows)")
             }
-            Self::Candidate => f.write_str("iteration budget used up, shifted candidate is feasible"),
+            Self::Candidate => f.write_str("no solution found, shifted candidate is feasible"),
             Self::Infeasible { row } => write!(f, "infeasible (row {row}), shifted candidate used"),
             Self::IterationLimit => f.write_str("iteration budget used up, shifted candidate is not feasible"),
             Self::NotFinite => f.write_str("measured state not finite, shifted candidate used without feedback"),

@@ -56,6 +56,9 @@ pub struct Model<const NX: usize, const NU: usize, const NY: usize, const NZ: us
     /// Componentwise hull of U_i; infinite where there is no bound. A fall-back input is clipped to it.
     pub u_min: [f64; NU],
     pub u_max: [f64; NU],
+    /// Largest |x+ - x| of a start, per state, in its unit: what the design's margins absorb; see
+    /// [`NotSteady`](crate::References::NotSteady).
+    pub drift: [f64; NX],
 }
 
 /// Row of the tightened coupling constraint (28) as this subsystem sees it.

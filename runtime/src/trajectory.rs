@@ -1,6 +1,6 @@
 //! The reference trajectory (7) that a controller carries: from now to one step before the horizon.
 
-use crate::linear::{add, largest, shift_in, subtract, times};
+use crate::linear::{add, shift_in, subtract, times};
 use crate::tables::Model;
 
 /// xref, uref and yref at t, ..., t + N - 1, and eref at t + N - 1.
@@ -21,9 +21,13 @@ pub(crate) struct Point<const NX: usize, const NU: usize, const NY: usize> {
 }
 
 impl<const NX: usize, const NU: usize, const NY: usize, const N: usize> Trajectory<NX, NU, NY, N> {
-    /// The trajectory that stays at one point; `e` is eref there.
-    pub fn constant(point: Point<NX, NU, NY>, e: [f64; NY]) -> Self {
-        Self { x: [point.x; N], u: [point.u; N], y: [point.y; N], e }
+    /// The trajectory that stays at chi = (x, e): yref = C x, so that eref stays by (7b), and uref = calK chi, (7f).
+    pub fn constant<const NZ: usize, const NI: usize>(
+        model: &Model<NX, NU, NY, NZ, NI>,
+        x: [f64; NX],
+        e: [f64; NY],
+    ) -> Self {
+        Self { x: [x; N], u: [input(model, &x, &e); N], y: [times(&model.C, &x); N], e }
     }
 
     /// Step t.
@@ -46,19 +50,16 @@ impl<const NX: usize, const NU: usize, const NY: usize, const N: usize> Trajecto
         let newest = self.newest();
         let x = successor(model, &newest, z);
         self.e = add(&self.e, &subtract(&y, &times(&model.C, &newest.x)));
-        let u = add(&times(&model.Kx, &x), &times(&model.Ke, &self.e));
         shift_in(&mut self.x, x);
-        shift_in(&mut self.u, u);
+        shift_in(&mut self.u, input(model, &x, &self.e));
         shift_in(&mut self.y, y);
     }
 
-    /// How far the newest state is from steady when `z` is imported: the largest |x+ - x| relative to the numbers it is
-    /// the sum of.
-    pub fn drift<const NZ: usize, const NI: usize>(&self, model: &Model<NX, NU, NY, NZ, NI>, z: &[f64; NI]) -> f64 {
+    /// Whether every newest state stays within [`Model::drift`] of where it is when `z` is imported.
+    pub fn stays<const NZ: usize, const NI: usize>(&self, model: &Model<NX, NU, NY, NZ, NI>, z: &[f64; NI]) -> bool {
         let newest = self.newest();
-        let moved = largest(&subtract(&successor(model, &newest, z), &newest.x));
-        let pushes = largest(&times(&model.B, &newest.u)).max(largest(&times(&model.EL, z)));
-        if moved > 0.0 { moved / largest(&newest.x).max(pushes) } else { 0.0 }
+        let moved = subtract(&successor(model, &newest, z), &newest.x);
+        moved.iter().zip(&model.drift).all(|(moved, drift)| moved.abs() <= *drift)
     }
 }
 
@@ -79,6 +80,73 @@ fn successor<const NX: usize, const NU: usize, const NY: usize, const NZ: usize,
     add(&own, &times(&model.EL, z))
 }
 
+/// (7f).
+fn input<const NX: usize, const NU: usize, const NY: usize, const NZ: usize, const NI: usize>(
+    model: &Model<NX, NU, NY, NZ, NI>,
+    x: &[f64; NX],
+    e: &[f64; NY],
+) -> [f64; NU] {
+    add(&times(&model.Kx, x), &times(&model.Ke, e))
+}
+
 fn or_zero<const COUNT: usize>(values: Option<&[f64; COUNT]>) -> [f64; COUNT] {
     values.copied().unwrap_or([0.0; COUNT])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Trajectory;
+    use crate::tables::Model;
+
+    /// A level of about 1e6 units and a concentration of about 1e-3 beside each other, one import into each.
+    fn model() -> Model<2, 1, 1, 0, 2> {
+        Model {
+            A: [[0.9, 0.0], [0.0, 0.7]],
+            B: [[1.0], [0.0]],
+            C: [[1.0, 0.0]],
+            Cz: [],
+            Dz: [],
+            EL: [[1.0, 0.0], [0.0, 1.0]],
+            K: [[0.0, 0.0]],
+            Kx: [[-0.3, 0.1]],
+            Ke: [[0.7]],
+            u_min: [-1e9],
+            u_max: [1e9],
+            drift: [1e-2, 1e-11],
+        }
+    }
+
+    /// At x = (1e6, 1e-3) with the input 1e5 - `pull`.
+    fn start(pull: f64) -> Trajectory<2, 1, 1, 3> {
+        let x = [1e6, 1e-3];
+        let e = (1e5 - pull + 0.3 * 1e6 - 0.1 * 1e-3) / 0.7;
+        Trajectory::constant(&model(), x, [e])
+    }
+
+    #[test]
+    fn stays_as_far_as_each_state_does_in_its_unit() {
+        let model = model();
+        let steady = [0.0, 0.3e-3];
+        assert!(start(0.0).stays(&model, &steady));
+        assert!(start(0.009).stays(&model, &steady) && !start(0.011).stays(&model, &steady));
+        assert!(start(0.0).stays(&model, &[-0.009, 0.3e-3 + 0.9e-11]));
+        // 1e-17 of the first state's size, and yet too far for the second.
+        assert!(!start(0.0).stays(&model, &[0.0, 0.3e-3 + 1.1e-11]));
+        assert!(!start(0.0).stays(&model, &[0.0, 0.3e-3 - 1.1e-11]));
+        assert!(!start(0.0).stays(&model, &[f64::MAX, f64::NAN]));
+    }
+
+    /// (7f) gives the next input from the same eref and the same state: to the last bit the one of the start.
+    #[test]
+    fn starts_on_its_own_input_law() {
+        let mut model = model();
+        model.A = [[1.0, 0.0], [0.0, 1.0]];
+        model.B = [[0.0], [0.0]];
+        let mut trajectory = start(0.1 + 0.2);
+        let first = trajectory.clone();
+        for _ in 0..3 {
+            trajectory.advance(&model, first.newest().y, &[0.0, 0.0]);
+        }
+        assert_eq!((trajectory.x, trajectory.u, trajectory.e), (first.x, first.u, first.e));
+    }
 }

@@ -27,11 +27,13 @@ impl Strips {
     /// Half-widths of a box that contains the set; infinite where the set is unbounded.
     pub fn hull(&self) -> DVector<f64> {
         let n = self.P.ncols();
-        DVector::from_fn(n, |k, _| {
-            let axis = DVector::from_fn(n, |j, _| f64::from(j == k));
-            // The residual of the multiplier acts on the hull itself: at rounding level it is covered by 1e-9.
-            multiplier(&self.P, &self.q, &axis).map_or(f64::INFINITY, |m| m.on(&self.q) * (1.0 + 1e-9))
-        })
+        let proofs: Vec<_> =
+            (0..n).map(|k| multiplier(&self.P, &self.q, &DVector::from_fn(n, |j, _| f64::from(j == k)))).collect();
+        let first = |k: usize| proofs[k].as_ref().map_or(f64::INFINITY, |proof| proof.on(&self.q));
+        // The residuals act on the hull itself, and are far too small to double it: twice the first bound is a hull,
+        // and with it they are accounted for.
+        let twice = DVector::from_fn(n, |k, _| 2.0 * first(k));
+        DVector::from_fn(n, |k, _| proofs[k].as_ref().map_or(f64::INFINITY, |proof| proof.bound(&self.q, &twice)))
     }
 
     /// The same set as {H x <= h}, H = [P; -P].
@@ -80,18 +82,20 @@ impl Multiplier {
 /// strips do not bound d'x.
 pub fn multiplier(P: &DMatrix<f64>, q: &DVector<f64>, d: &DVector<f64>) -> Option<Multiplier> {
     let (r, n) = P.shape();
-    let scale = q.iter().copied().fold(0.0, f64::max);
-    let cost = DVector::from_fn(2 * r, |j, _| if scale > 0.0 { q[j % r] / scale } else { 1.0 });
-    let signed = DMatrix::from_fn(n, 2 * r, |i, j| if j < r { P[(j, i)] } else { -P[(j - r, i)] });
-    // The solver's tolerances are absolute: it sees a unit direction.
-    let size = d.amax();
+    let offset = q.iter().copied().fold(0.0, f64::max);
+    let cost = DVector::from_fn(2 * r, |j, _| if offset > 0.0 { q[j % r] / offset } else { 1.0 });
+    // The solver's tolerances are absolute: it sees coordinates in which P has entries up to 1, and a direction of size 1.
+    let unit = DVector::from_fn(n, |k, _| if P.column(k).amax() > 0.0 { P.column(k).amax() } else { 1.0 });
+    let size = d.component_div(&unit).amax();
     if size == 0.0 {
         return Some(Multiplier { mu: DVector::zeros(r), residual: DVector::zeros(n) });
     }
-    let Outcome::Optimal(solution) = lp::minimise(&cost, &signed, &(d / size)) else { return None };
+    let signed = DMatrix::from_fn(n, 2 * r, |i, j| if j < r { P[(j, i)] / unit[i] } else { -P[(j - r, i)] / unit[i] });
+    let wanted = d.component_div(&unit) / size;
+    let Outcome::Optimal(solution) = lp::minimise(&cost, &signed, &wanted) else { return None };
     let mu = DVector::from_fn(r, |j, _| (solution.y[j] - solution.y[j + r]) * size);
     let residual = residual_bound(P, &mu, d);
-    (residual.amax() <= 1e-9 * size).then_some(Multiplier { mu, residual })
+    (residual.component_div(&unit).amax() <= 1e-9 * size).then_some(Multiplier { mu, residual })
 }
 
 /// [`multiplier`] for every row of D, stacked: (rows of D) multipliers.

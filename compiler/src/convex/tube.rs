@@ -61,11 +61,13 @@ impl PowerSum {
     /// Upper bound of the support value in direction d: a finite sum, the tail |d F^s|_{P^-1} reach / (1 - lambda),
     /// and the same geometric bound for what rounding did to the powers.
     pub fn support(&self, d: &DVector<f64>) -> f64 {
-        let (mut sum, mut drift, mut row) = (0.0, 0.0, d.clone());
+        let (mut sum, mut drift, mut row) = (0.0_f64, 0.0, d.clone());
         let geometric = 1.0 / (1.0 - self.contraction.lambda);
+        // Where W does not act in direction d at all, the sum stays 0: then the tail ends at what counts as nothing.
+        let nothing = 1e-12 * self.contraction.dual_norm(d) * self.reach * geometric;
         for steps in 0..MAX_STEPS {
             let tail = self.contraction.dual_norm(&row) * self.reach * geometric;
-            if tail <= 1e-10 * sum || tail == 0.0 {
+            if tail <= (1e-10 * sum).max(nothing) {
                 let error = self.contraction.dual_norm(d) * self.reach_error * geometric;
                 return (sum * (1.0 + (steps + 10) as f64 * f64::EPSILON) + tail + drift + error) * INFLATE;
             }
@@ -95,8 +97,7 @@ impl PowerSum {
         let size = DVector::from_fn(row.len(), |j, _| {
             self.F.column(j).iter().zip(row).map(|(f, x)| (f * x).abs()).sum::<f64>() + row[j].abs()
         });
-        // P >= I by construction of the contraction, so the Euclidean norm bounds the dual norm.
-        unit * size.norm()
+        self.contraction.dual_norm_of_box(&(size * unit))
     }
 }
 

@@ -56,6 +56,11 @@ fn model(node: &Node) -> Value {
             matrix("Ke", "K_i^e of (7f): from eref to uref", &gains.Ke, &u, &e),
             Field::new("u_min", "Componentwise hull of U_i: lower ends", Value::column(&u_min, &u)),
             Field::new("u_max", "Componentwise hull of U_i: upper ends", Value::column(&u_max, &u)),
+            Field::new(
+                "drift",
+                "Largest |x+ - x| of a state that references start from",
+                Value::column(&node.sets().drift, &x),
+            ),
         ],
     )
 }

@@ -2,12 +2,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::limits::Space;
+use super::limits::{Ends, Space};
 use super::roster::Member;
 use super::shape::vector;
 use super::words::{combination, number};
 use crate::convex::{Bounded, Polytope};
-use crate::diagnostic::{Diagnostic, Diagnostics, code};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, code};
 use crate::spec::{At, Bounds, PerSignal};
 
 /// The set that `given` describes, which must hold 0 and be bounded; `Some(None)` where the file says nothing.
@@ -22,41 +22,58 @@ pub(super) fn disturbance(
     bounded.ok().map(Some)
 }
 
+/// normal . w <= limit, as the user reads it.
+struct Row {
+    normal: DVector<f64>,
+    limit: f64,
+    name: String,
+    place: Place,
+}
+
 fn polytope(space: &Space<'_>, given: &Bounds, errors: &mut Diagnostics) -> Option<Polytope> {
-    let n = space.signals.len();
     let min = space.ends("min", &given.min, errors);
     let max = space.ends("max", &given.max, errors);
     let general = given.rows.as_ref().map(|(H, h)| space.general(H, h, errors));
-    let mut rows: Vec<(DVector<f64>, At<f64>)> = Vec::new();
-    for (sign, ends) in [(1.0, max?), (-1.0, min?)] {
-        let axis = |k: usize| DVector::from_fn(n, |j, _| if j == k { sign } else { 0.0 });
-        let ends = ends.into_iter().enumerate().filter_map(|(k, end)| Some((axis(k), end?)));
-        rows.extend(ends.map(|(normal, end)| (normal, At::new(sign * end.value, end.place))));
-    }
+    let mut rows = side(space, 1.0, max?);
+    rows.extend(side(space, -1.0, min?));
     if let Some(general) = general {
         let (H, h) = general?;
-        rows.extend(H.row_iter().map(|row| row.transpose()).zip(h.value));
+        rows.extend(H.row_iter().zip(h.value).map(|(row, limit)| Row {
+            name: format!("{} <= {}", combination(row.clone_owned().as_slice(), space.signals), number(limit.value)),
+            normal: row.transpose(),
+            limit: limit.value,
+            place: limit.place,
+        }));
     }
-    rows.retain(|(_, limit)| limit.value != f64::INFINITY);
-    let holds_zero = rows.iter().filter(|(row, limit)| !check_zero(space, row, limit, errors)).count() == 0;
-    holds_zero.then(|| Polytope {
-        H: DMatrix::from_fn(rows.len(), n, |r, c| rows[r].0[c]),
-        h: DVector::from_fn(rows.len(), |r, _| rows[r].1.value),
+    rows.retain(|row| row.limit != f64::INFINITY);
+    let without_zero = rows.iter().filter(|row| row.limit < 0.0);
+    let before = errors.0.len();
+    without_zero.for_each(|row| errors.push(never_zero(space, row)));
+    (errors.0.len() == before).then(|| Polytope {
+        H: DMatrix::from_fn(rows.len(), space.signals.len(), |r, c| rows[r].normal[c]),
+        h: DVector::from_fn(rows.len(), |r, _| rows[r].limit),
     })
 }
 
-fn check_zero(space: &Space<'_>, row: &DVector<f64>, limit: &At<f64>, errors: &mut Diagnostics) -> bool {
-    if limit.value < 0.0 {
-        let label = format!("{} <= {}", combination(row.as_slice(), space.signals), number(limit.value));
-        let error = Diagnostic::error(code::DISTURBANCE, format!("{} never is 0", space.what));
-        errors.push(
-            error
-                .at(limit.place.clone(), label)
-                .note("a disturbance that is always there belongs to the operating point the model is linearised about")
-                .help("write bounds with min <= 0 <= max, or h >= 0"),
-        );
-    }
-    limit.value >= 0.0
+/// sign w_k <= sign end_k.
+fn side(space: &Space<'_>, sign: f64, ends: Ends) -> Vec<Row> {
+    let row = |(k, end): (usize, Option<At<f64>>)| {
+        let end = end?;
+        Some(Row {
+            normal: DVector::from_fn(space.signals.len(), |j, _| if j == k { sign } else { 0.0 }),
+            limit: sign * end.value,
+            name: space.end_name(k, sign, end.value),
+            place: end.place,
+        })
+    };
+    ends.into_iter().enumerate().filter_map(row).collect()
+}
+
+fn never_zero(space: &Space<'_>, row: &Row) -> Diagnostic {
+    Diagnostic::error(code::DISTURBANCE, format!("{} never is 0", space.what))
+        .at(row.place.clone(), format!("{}: leaves out 0", row.name))
+        .note("a disturbance that is always there belongs to the operating point the model is linearised about")
+        .help("write bounds with min <= 0 <= max, or h >= 0")
 }
 
 fn unbounded(space: &Space<'_>, given: &Bounds, k: usize, sign: f64) -> Diagnostic {

@@ -79,7 +79,7 @@ impl Space<'_> {
     }
 
     /// `h1 <= 27.6 cm`.
-    fn end_name(&self, k: usize, sign: f64, end: f64) -> String {
+    pub(super) fn end_name(&self, k: usize, sign: f64, end: f64) -> String {
         let relation = if sign > 0.0 { "<=" } else { ">=" };
         let signal = &self.signals[k];
         format!("{} {relation} {}{}", signal.name, number(end), signal.unit_suffix())

@@ -50,22 +50,30 @@ fn reference(spec: &Spec, errors: &mut Diagnostics) -> Option<Reference> {
 fn wishes(spec: &Spec, errors: &mut Diagnostics) -> Option<Wishes> {
     let given = &spec.sizing;
     let y_weight = given.y_weight.as_ref().map_or(Some(1.0), |w| positive("`y-weight`", w, "a weight", errors));
-    let mut weight = |key: &str, given: &Option<At<f64>>, default: f64| match given {
-        Some(given) => not_negative(key, given, errors),
-        None => Some(default),
+    let reserve_weight = weight("`reserve-weight`", &given.reserve_weight, 0.2, errors);
+    let terminal_weight = weight("`terminal-weight`", &given.terminal_weight, 0.1, errors);
+    // With no weight at all, a free epsilon would end at 0 and nothing would ever move.
+    let epsilon_weight = match &given.epsilon_weight {
+        Some(weight) if spec.reference.epsilon.is_none() => {
+            positive("`epsilon-weight`", weight, "`epsilon` is left out, so its weight decides", errors)
+        }
+        given => weight("`epsilon-weight`", given, 0.5, errors),
     };
-    let reserve_weight = weight("`reserve-weight`", &given.reserve_weight, 0.2);
-    let terminal_weight = weight("`terminal-weight`", &given.terminal_weight, 0.1);
-    let epsilon_weight = weight("`epsilon-weight`", &given.epsilon_weight, 0.5);
-    let facet_loss = weight("`facet-loss`", &given.facet_loss, 0.01);
+    let end_weight = weight("`end-weight`", &given.end_weight, 0.1, errors);
+    let facet_loss = weight("`facet-loss`", &given.facet_loss, 0.01, errors);
     Some(Wishes {
         y_weight: y_weight?,
         reserve_weight: reserve_weight?,
         terminal_weight: terminal_weight?,
         epsilon_weight: epsilon_weight?,
+        end_weight: end_weight?,
         facet_loss: facet_loss?,
         symmetric: given.symmetric.unwrap_or(false),
     })
+}
+
+fn weight(key: &str, given: &Option<At<f64>>, default: f64, errors: &mut Diagnostics) -> Option<f64> {
+    given.as_ref().map_or(Some(default), |given| not_negative(key, given, errors))
 }
 
 fn positive(key: &str, given: &At<f64>, unit: &str, errors: &mut Diagnostics) -> Option<f64> {

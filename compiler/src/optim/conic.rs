@@ -34,7 +34,8 @@ impl Form {
 /// Maximise sum of weight log(form) subject to form >= 0.
 #[derive(Debug, Clone, Default)]
 pub struct LogProgram {
-    pub variables: usize,
+    /// Natural size of each variable: the solver sees x_k / unit_k, and inequalities of size 1.
+    pub units: Vec<f64>,
     /// Forms that must not be negative.
     pub inequalities: Vec<Form>,
     pub logs: Vec<(f64, Form)>,
@@ -52,9 +53,9 @@ pub enum Answer {
 }
 
 impl LogProgram {
-    pub fn variable(&mut self) -> usize {
-        self.variables += 1;
-        self.variables - 1
+    pub fn variable(&mut self, unit: f64) -> usize {
+        self.units.push(unit);
+        self.units.len() - 1
     }
 
     pub fn at_least_zero(&mut self, terms: impl IntoIterator<Item = (usize, f64)>, constant: f64) {
@@ -67,13 +68,14 @@ impl LogProgram {
 
     /// Solves the program; each log brings one variable t <= log(form), (t, 1, form) in the exponential cone.
     pub fn solve(&self) -> Answer {
-        let n = self.variables + self.logs.len();
+        let variables = self.units.len();
+        let n = variables + self.logs.len();
         let mut cost = vec![0.0; n];
-        for (&(weight, _), c) in self.logs.iter().zip(&mut cost[self.variables..]) {
+        for (&(weight, _), c) in self.logs.iter().zip(&mut cost[variables..]) {
             *c = -weight;
         }
         for &(k, weight) in &self.linear {
-            cost[k] -= weight;
+            cost[k] -= weight * self.units[k];
         }
         let Rows { rows, columns, values, b } = self.rows();
         let mut cones = vec![SupportedConeT::NonnegativeConeT(self.inequalities.len())];
@@ -88,7 +90,7 @@ impl LogProgram {
         solver.solve();
         match solver.solution.status {
             SolverStatus::Solved | SolverStatus::AlmostSolved => {
-                Answer::Point(solver.solution.x[..self.variables].to_vec())
+                Answer::Point(solver.solution.x.iter().zip(&self.units).map(|(x, unit)| x * unit).collect())
             }
             SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => Answer::Infeasible,
             SolverStatus::DualInfeasible | SolverStatus::AlmostDualInfeasible => Answer::Unbounded,
@@ -98,13 +100,22 @@ impl LogProgram {
 
     fn rows(&self) -> Rows {
         let mut rows = Rows::default();
-        self.inequalities.iter().for_each(|form| rows.push(form));
+        self.inequalities.iter().for_each(|form| rows.push(&self.of_size_one(form)));
         for (k, (_, form)) in self.logs.iter().enumerate() {
-            rows.push(&Form::new([(self.variables + k, 1.0)], 0.0));
+            rows.push(&Form::new([(self.units.len() + k, 1.0)], 0.0));
             rows.push(&Form::new([], 1.0));
-            rows.push(form);
+            // A factor on the argument adds a constant to the logarithm.
+            rows.push(&self.of_size_one(form));
         }
         rows
+    }
+
+    /// The form over x_k / unit_k, divided by its largest coefficient.
+    fn of_size_one(&self, form: &Form) -> Form {
+        let terms: Vec<(usize, f64)> = form.merged().into_iter().map(|(k, a)| (k, a * self.units[k])).collect();
+        let size = terms.iter().fold(form.constant.abs(), |size, (_, a)| size.max(a.abs()));
+        let size = if size > 0.0 { size } else { 1.0 };
+        Form::new(terms.into_iter().map(|(k, a)| (k, a / size)), form.constant / size)
     }
 }
 
@@ -135,7 +146,8 @@ mod tests {
 
     #[test]
     fn a_budget_is_split_by_the_weights() {
-        let mut program = LogProgram { variables: 2, ..LogProgram::default() };
+        let mut program = LogProgram::default();
+        (program.variable(1.0), program.variable(1.0));
         program.at_least_zero([(0, -1.0), (1, -1.0)], 4.0);
         program.maximise_log(3.0, [(0, 1.0)], 0.0);
         program.maximise_log(1.0, [(1, 1.0)], 0.0);
@@ -145,7 +157,8 @@ mod tests {
 
     #[test]
     fn contradictions_are_infeasible() {
-        let mut program = LogProgram { variables: 1, ..LogProgram::default() };
+        let mut program = LogProgram::default();
+        program.variable(1.0);
         program.at_least_zero([(0, 1.0)], -2.0);
         program.at_least_zero([(0, -1.0)], 1.0);
         assert_eq!(program.solve(), Answer::Infeasible);

@@ -2,6 +2,7 @@
 #![expect(non_snake_case, reason = "the symbols of the literature")]
 
 use nalgebra::linalg::Schur;
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// The solution P of F'PF - P = -M for Schur F, by the squared Smith iteration. `None` where it does not converge.
@@ -64,30 +65,37 @@ fn radius_by_squaring(F: &DMatrix<f64>) -> f64 {
 pub struct Contraction {
     pub P: DMatrix<f64>,
     pub lambda: f64,
+    /// Units of the balanced coordinates x_k / unit_k: P >= diag(1 / unit_k^2).
+    pub units: DVector<f64>,
     factor: Cholesky<f64, Dyn>,
 }
 
 impl Contraction {
     /// A contraction of F, or `None` where F is not Schur by a margin that double precision can prove.
     ///
-    /// P solves (F/lambda)'P(F/lambda) - P = -I; half of the identity must survive as lambda^2 P - F'PF, checked by
-    /// a Cholesky factorisation, so rounding (about 1e-16 |P|) cannot have decided.
+    /// In balanced coordinates, so that units do not decide, P solves (F/lambda)'P(F/lambda) - P = -I; half of the
+    /// identity must survive as lambda^2 P - F'PF, checked by a Cholesky factorisation, so rounding (about 1e-16 |P|)
+    /// cannot have decided.
     pub fn new(F: &DMatrix<f64>) -> Option<Self> {
         let n = F.nrows();
         let radius = spectral_radius(F);
         if radius.is_nan() || radius >= 1.0 {
             return None;
         }
+        let mut balanced = F.clone();
+        // Powers of two: the similarity is exact.
+        let units = balance_parlett_reinsch(&mut balanced);
         let lambda = 0.5 * (1.0 + radius);
-        let P = lyapunov(&(F / lambda), &DMatrix::identity(n, n))?;
-        let decrease = &P * (lambda * lambda) - F.transpose() * &P * F;
+        let P = lyapunov(&(&balanced / lambda), &DMatrix::identity(n, n))?;
+        let decrease = &P * (lambda * lambda) - balanced.transpose() * &P * &balanced;
         let margin = DMatrix::identity(n, n) * (0.5 * lambda * lambda);
         Cholesky::new(decrease - margin)?;
         if P.norm() * n as f64 > 1e13 {
             return None;
         }
+        let P = DMatrix::from_fn(n, n, |i, j| P[(i, j)] / (units[i] * units[j]));
         let factor = Cholesky::new(P.clone())?;
-        Some(Self { P, lambda, factor })
+        Some(Self { P, lambda, units, factor })
     }
 
     /// |x|_P.
@@ -95,9 +103,19 @@ impl Contraction {
         (self.factor.l().transpose() * x).norm()
     }
 
+    /// Upper bound of |x|_P over all |x_k| <= size_k.
+    pub fn norm_of_box(&self, size: &DVector<f64>) -> f64 {
+        size.iter().zip(self.P.diagonal().iter()).map(|(size, p)| size * p.sqrt()).sum()
+    }
+
     /// Dual norm: the largest d'x over |x|_P <= 1.
     pub fn dual_norm(&self, d: &DVector<f64>) -> f64 {
         self.factor.l().solve_lower_triangular(d).map_or(f64::INFINITY, |y| y.norm())
+    }
+
+    /// Upper bound of the dual norm over all |d_k| <= size_k: P >= diag(1 / unit_k^2).
+    pub fn dual_norm_of_box(&self, size: &DVector<f64>) -> f64 {
+        size.component_mul(&self.units).norm()
     }
 }
 
@@ -144,6 +162,14 @@ mod tests {
         let (d, x) = (DVector::from_vec(vec![1.0, -2.0]), DVector::from_vec(vec![0.4, 0.7]));
         let product: f64 = d.dot(&x);
         assert!(product.abs() <= contraction.dual_norm(&d) * contraction.norm(&x) * (1.0 + 1e-12));
+    }
+
+    /// A double integrator in micrometres and metres per second: the same system as in metres.
+    #[test]
+    fn units_do_not_decide() {
+        let metres = DMatrix::from_row_slice(2, 2, &[0.9, 0.1, -0.5, 0.5]);
+        let mixed = DMatrix::from_row_slice(2, 2, &[0.9, 0.1e9, -0.5e-9, 0.5]);
+        assert!(Contraction::new(&metres).is_some() && Contraction::new(&mixed).is_some());
     }
 
     #[test]

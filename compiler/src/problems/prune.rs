@@ -15,10 +15,11 @@ pub fn prune(condensed: Condensed, s: &Subsystem, sized: &SubsystemSizing, N: us
     let space = Space { s, N };
     let (tube, mut rows): (Vec<_>, Vec<_>) = condensed.rows.into_iter().partition(|row| row.kind == RowKind::Tube);
     let references = space.references(sized);
+    // What is left out is implied by what stays, so the hull of all facets remains one.
+    let hull = space.polytope(&rows, None, &references).hull();
     for r in (0..rows.len()).rev() {
         for side in [Side::Upper, Side::Lower] {
-            let limit = side.limit(&rows[r]);
-            if limit.is_finite() && space.implied(&rows, r, side, limit, &references) {
+            if side.limit(&rows[r]).is_finite() && space.implied(&rows, (r, side), &references, &hull) {
                 *side.limit_mut(&mut rows[r]) = f64::INFINITY * side.sign();
             }
         }
@@ -98,22 +99,38 @@ impl Space<'_> {
         whole
     }
 
-    /// Whether every point that satisfies the other facets satisfies this one. The support value comes as a dual
-    /// bound, so an inexact optimum can only keep a facet too many.
-    fn implied(&self, rows: &[TwoSided], r: usize, side: Side, limit: f64, references: &[(DVector<f64>, f64)]) -> bool {
+    /// Whether every point that satisfies the other facets satisfies this one, by an upper bound of its support value.
+    fn implied(
+        &self,
+        rows: &[TwoSided],
+        facet: (usize, Side),
+        references: &[(DVector<f64>, f64)],
+        hull: &DVector<f64>,
+    ) -> bool {
+        let (r, side) = facet;
+        let wanted = self.direction(&rows[r]) * side.sign();
+        let size = wanted.norm();
+        let bound = self.polytope(rows, Some(facet), references).bound(&(wanted / size), hull);
+        bound.is_some_and(|bound| bound <= side.limit(&rows[r]) / size * (1.0 - 1e-9))
+    }
+
+    /// All facets but one, and what (25b) leaves the references.
+    fn polytope(
+        &self,
+        rows: &[TwoSided],
+        without: Option<(usize, Side)>,
+        references: &[(DVector<f64>, f64)],
+    ) -> Polytope {
         let mut facets: Vec<(DVector<f64>, f64)> = references.to_vec();
-        for (other, row) in rows.iter().enumerate() {
+        for (r, row) in rows.iter().enumerate() {
             let direction = self.direction(row);
-            for of in [Side::Upper, Side::Lower] {
-                if (other, of) != (r, side) && of.limit(row).is_finite() {
-                    facets.push((&direction * of.sign(), of.limit(row)));
+            for side in [Side::Upper, Side::Lower] {
+                if Some((r, side)) != without && side.limit(row).is_finite() {
+                    facets.push((&direction * side.sign(), side.limit(row)));
                 }
             }
         }
-        let polytope = scaled(&facets, self.dimension());
-        let wanted = self.direction(&rows[r]) * side.sign();
-        let size = wanted.norm();
-        polytope.support(&(wanted / size)).is_some_and(|(value, _)| value <= limit / size * (1.0 - 1e-9))
+        scaled(&facets, self.dimension())
     }
 }
 

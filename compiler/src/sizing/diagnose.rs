@@ -2,32 +2,31 @@
 
 use nalgebra::DVector;
 
-use super::Context;
 use super::program::{Asks, Goal, Program};
 use super::settle::tubes;
+use super::{Context, Proofs, ROUNDS};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, code};
-use crate::network::Subsystem;
 use crate::optim::conic::Answer;
 
 /// Drops the wishes one after the other and says which one was too much, with the largest value that is not.
-pub fn no_point(context: &Context, program: &Program, answer: Answer) -> Diagnostics {
-    let disturbed = context.network.subsystems.iter().any(Subsystem::is_disturbed);
-    if let Some(limit) =
-        Limit::of(context, program, Goal::Disturbance).filter(|limit| disturbed && limit.value < 1.0 - 1e-6)
+pub fn no_point(context: &Context, proofs: Vec<Proofs>, answer: Answer) -> Diagnostics {
+    if context.network.is_disturbed()
+        && let Some(limit) = Limit::of(context, &proofs, Goal::Disturbance)
+        && limit.value < 1.0 - 1e-6
     {
-        return disturbance_too_large(context, program, &limit).into();
+        return disturbance_too_large(context, proofs, &limit).into();
     }
     let given = context.network.reference.epsilon;
     if let Some(epsilon) = given
-        && let Some(limit) = Limit::of(context, program, Goal::Epsilon)
+        && let Some(limit) = Limit::of(context, &proofs, Goal::Epsilon)
         && limit.value < epsilon * (1.0 + 1e-6)
     {
         return epsilon_too_large(context, epsilon, &limit).into();
     }
-    if let Some(limit) = Limit::of(context, program, Goal::Reserve).filter(|limit| limit.value < 1.0 - 1e-6) {
+    if let Some(limit) = Limit::of(context, &proofs, Goal::Reserve).filter(|limit| limit.value < 1.0 - 1e-6) {
         return reserve_too_large(context, &limit).into();
     }
-    if let Some(limit) = Limit::of(context, program, Goal::Cover).filter(|limit| limit.value < 1.0 - 1e-6) {
+    if let Some(limit) = Limit::of(context, &proofs, Goal::Cover).filter(|limit| limit.value < 1.0 - 1e-6) {
         return cover_too_large(context, &limit).into();
     }
     not_solved(context, &answer).into()
@@ -50,12 +49,24 @@ struct Limit {
 }
 
 impl Limit {
-    fn of(context: &Context, program: &Program, goal: Goal) -> Option<Self> {
-        let program = Program::new(context, program.proofs.clone(), &Asks { goal, ..Asks::default() });
-        let Answer::Point(point) = program.solve() else { return None };
-        let value = program.factor(&point).unwrap_or_else(|| program.epsilon(&point));
-        let tight = program.rows.iter().filter(|(_, _, row)| program.left(*row, &point) < 1e-6);
-        Some(Self { value, tight: tight.map(|(i, name, _)| (*i, name.clone())).collect() })
+    /// The best of a few rounds, each with the multipliers of the one before.
+    fn of(context: &Context, proofs: &[Proofs], goal: Goal) -> Option<Self> {
+        let mut best: Option<Self> = None;
+        let mut proofs = proofs.to_vec();
+        for _ in 0..ROUNDS {
+            let program = Program::new(context, proofs, &Asks { goal, ..Asks::default() });
+            let Answer::Point(point) = program.solve() else { break };
+            let value = program.factor(&point).unwrap_or_else(|| program.epsilon(&point));
+            if best.as_ref().is_none_or(|best| value > best.value) {
+                let tight = program.rows.iter().filter(|(_, _, row)| program.left(*row, &point) < 1e-6);
+                best = Some(Self { value, tight: tight.map(|(i, name, _)| (*i, name.clone())).collect() });
+            }
+            match context.better_proofs(&program, &point) {
+                Some(better) => proofs = better,
+                None => break,
+            }
+        }
+        best
     }
 
     fn rows(&self, context: &Context) -> String {
@@ -64,12 +75,13 @@ impl Limit {
             .iter()
             .map(|(i, name)| format!("`{name}` of `{}`", context.network.subsystems[*i].name))
             .collect();
-        if names.is_empty() { "the small-gain loop".to_owned() } else { names.join(", ") }
+        if names.is_empty() { "the coupling between the subsystems".to_owned() } else { names.join(", ") }
     }
 }
 
 /// Names the rows that the tubes alone leave nothing of, with the smallest Z_i for which they close.
-fn disturbance_too_large(context: &Context, program: &Program, limit: &Limit) -> Diagnostic {
+fn disturbance_too_large(context: &Context, proofs: Vec<Proofs>, limit: &Limit) -> Diagnostic {
+    let program = Program::new(context, proofs, &Asks::default());
     let mut error =
         Diagnostic::error(code::DISTURBANCE_TOO_LARGE, "disturbances and measurement errors leave no set-point at all");
     let share = format!("{:.1} % of this is possible", 100.0 * limit.value);
@@ -79,8 +91,8 @@ fn disturbance_too_large(context: &Context, program: &Program, limit: &Limit) ->
         }
     }
     let no_reserve: Vec<_> = context.network.subsystems.iter().map(|s| DVector::zeros(s.nz())).collect();
-    for (i, (q, _)) in tubes(context, program, &no_reserve).into_iter().flatten().enumerate() {
-        error = emptied_by_tube(context, program, i, &q).into_iter().fold(error, Diagnostic::note);
+    for (i, (q, _)) in tubes(context, &program, &no_reserve).into_iter().flatten().enumerate() {
+        error = emptied_by_tube(context, &program, i, &q).into_iter().fold(error, Diagnostic::note);
     }
     error
         .note(format!(

@@ -34,6 +34,8 @@ pub enum Goal {
     Reserve,
     /// A common factor (at most 1) on the set-points to cover.
     Cover,
+    /// A common factor (at most 1) on reserve and cover.
+    All,
 }
 
 /// The variables of one subsystem.
@@ -54,7 +56,7 @@ pub struct Program {
     problem: LogProgram,
     variables: Vec<Variables>,
     epsilon: Epsilon,
-    /// The factor that the goals `Disturbance`, `Reserve` and `Cover` maximise.
+    /// The factor that the goals `Disturbance`, `Reserve`, `Cover` and `All` maximise.
     factor: Option<usize>,
     goal: Goal,
     /// Per (25b) row: subsystem, name, index of its inequality.
@@ -82,9 +84,10 @@ pub const MARGIN: f64 = 1e-6;
 /// Extra disturbance the tubes are made for, relative: it pays for the rounding of their offsets. The program takes
 /// twice as much, so that what is settled from it fits.
 pub const TUBE_MARGIN: f64 = 1e-6;
-/// Widths that nothing limits stop here (in the user's units).
-const CAP: f64 = 1e4;
-/// Smallest half-width of Delta_i^z and half-axis of Sigma_i, relative to nothing: they only keep the sets solid.
+/// Widths that nothing limits stop at this multiple of the signal's natural size.
+pub const CAP: f64 = 1e4;
+/// Smallest half-width of Delta_i^z and half-axis of Sigma_i, relative to the signal's natural size: they keep the sets
+/// solid.
 const LEAST: f64 = 1e-7;
 
 impl Program {
@@ -94,14 +97,14 @@ impl Program {
         let variables = variables.map(|(i, _)| Variables::new(context, i, &proofs[i], &mut problem)).collect();
         let epsilon = match asks.epsilon.or(context.network.reference.epsilon) {
             Some(epsilon) if !matches!(asks.goal, Goal::Epsilon | Goal::Disturbance) => Epsilon::Given(epsilon),
-            _ => Epsilon::Free(problem.variable()),
+            _ => Epsilon::Free(problem.variable(widest(context))),
         };
-        let scaled = matches!(asks.goal, Goal::Disturbance | Goal::Reserve | Goal::Cover);
-        let factor = scaled.then(|| problem.variable());
+        let scaled = !matches!(asks.goal, Goal::Wishes | Goal::Epsilon);
+        let factor = scaled.then(|| problem.variable(1.0));
         let mut program = Self { proofs, problem, variables, epsilon, factor, goal: asks.goal, rows: Vec::new() };
         for i in 0..context.network.subsystems.len() {
             program.tube(context, i);
-            program.terminal(i);
+            program.terminal(context, i);
             program.references(context, i);
             program.wanted(context, i, asks);
         }
@@ -129,10 +132,6 @@ impl Program {
 
     pub fn sigma(&self, point: &[f64], i: usize) -> DVector<f64> {
         take(point, &self.variables[i].sigma)
-    }
-
-    pub fn upset(&self, point: &[f64], i: usize) -> DVector<f64> {
-        take(point, &self.variables[i].upset)
     }
 
     /// (max, -min) of Y_i.
@@ -210,14 +209,16 @@ impl Program {
     }
 
     /// (24) and (25a), and the half-axes: the points +-upset_k e_k lie in Sigma_i.
-    fn terminal(&mut self, i: usize) {
+    fn terminal(&mut self, context: &Context, i: usize) {
+        let scale = context.sets.subsystems[i].scales.x.clone();
         let normals = self.proofs[i].terminal_normals.clone();
         let v = self.variables[i].clone();
         for (r, proof) in self.proofs[i].terminal.clone().iter().enumerate() {
             let mut terms = vec![(v.sigma.start + r, 1.0 - MARGIN)];
             minus(&mut terms, &v.sigma, proof);
             self.at_least_zero(terms, 0.0);
-            self.at_least_zero([(v.sigma.start + r, -1.0)], CAP);
+            let reach: f64 = normals.row(r).iter().zip(&scale).map(|(p, x)| p.abs() * x).sum();
+            self.at_least_zero([(v.sigma.start + r, -1.0)], CAP * reach);
             for (k, upset) in v.upset.clone().enumerate() {
                 let reach = normals[(r, k)].abs();
                 if reach > 0.0 {
@@ -230,9 +231,9 @@ impl Program {
             minus(&mut terms, &v.sigma, proof);
             self.at_least_zero(terms, 0.0);
         }
-        for upset in v.upset {
-            self.at_least_zero([(upset, 1.0)], -LEAST);
-            self.at_least_zero([(upset, -1.0)], CAP);
+        for (upset, x) in v.upset.zip(&scale) {
+            self.at_least_zero([(upset, 1.0)], -LEAST * x);
+            self.at_least_zero([(upset, -1.0)], CAP * x);
         }
     }
 
@@ -285,15 +286,16 @@ impl Program {
                 self.at_least_zero([(dz, -1.0)], fixed[i][k] * (1.0 + MARGIN));
                 continue;
             }
-            self.at_least_zero([(dz, 1.0)], -LEAST);
-            self.at_least_zero([(dz, -1.0)], CAP);
+            let natural = context.sets.subsystems[i].scales.z[k];
+            self.at_least_zero([(dz, 1.0)], -LEAST * natural);
+            self.at_least_zero([(dz, -1.0)], CAP * natural);
             self.at_least(dz, s.reserve[k], asks.goal, Goal::Reserve);
         }
         for (k, (max, min)) in v.y_max.zip(v.y_min).enumerate() {
             let (low, high) = s.cover[k].unwrap_or((0.0, 0.0));
             for (end, wanted) in [(max, high), (min, -low)] {
                 self.at_least_zero([(end, 1.0)], 0.0);
-                self.at_least_zero([(end, -1.0)], CAP);
+                self.at_least_zero([(end, -1.0)], CAP * context.sets.subsystems[i].scales.y[k]);
                 self.at_least(end, wanted, asks.goal, Goal::Cover);
             }
         }
@@ -307,7 +309,7 @@ impl Program {
             return;
         }
         let wanted = wanted * (1.0 + MARGIN);
-        match self.factor.filter(|_| goal == scaled_by) {
+        match self.factor.filter(|_| goal == scaled_by || goal == Goal::All) {
             Some(factor) => self.at_least_zero([(variable, 1.0), (factor, -wanted)], 0.0),
             None => self.at_least_zero([(variable, 1.0)], -wanted),
         }
@@ -347,7 +349,7 @@ impl Program {
         }
         if let Epsilon::Free(k) = self.epsilon {
             self.at_least_zero([(k, 1.0)], 0.0);
-            self.at_least_zero([(k, -1.0)], CAP);
+            self.at_least_zero([(k, -1.0)], CAP * widest(context));
         }
     }
 
@@ -356,6 +358,9 @@ impl Program {
         for (v, s) in self.variables.clone().into_iter().zip(&context.network.subsystems) {
             for ((max, min), weight) in v.y_max.zip(v.y_min).zip(&s.y_weights) {
                 self.log(wishes.y_weight * weight, [(max, 1.0), (min, 1.0)]);
+                for end in [max, min] {
+                    self.log(wishes.y_weight * weight * wishes.end_weight, [(end, 1.0)]);
+                }
             }
             v.dz.for_each(|dz| self.log(wishes.reserve_weight, [(dz, 1.0)]));
             v.upset.for_each(|upset| self.log(wishes.terminal_weight, [(upset, 1.0)]));
@@ -378,18 +383,26 @@ impl Program {
 
 impl Variables {
     fn new(context: &Context, i: usize, proofs: &Proofs, problem: &mut LogProgram) -> Self {
-        let s = &context.network.subsystems[i];
-        let mut take = |count: usize| {
-            let start = problem.variables;
-            problem.variables += count;
-            start..start + count
+        let scales = &context.sets.subsystems[i].scales;
+        let mut take = |units: &DVector<f64>| {
+            let start = problem.units.len();
+            problem.units.extend(units.iter());
+            start..start + units.len()
         };
-        let (zeta, dz) = (take(s.nz()), take(s.nz()));
-        let (q, sigma, upset) = (take(proofs.tube.len()), take(proofs.terminal.len()), take(s.n()));
-        let y_max = take(s.p());
-        let y_min = if context.network.wishes.symmetric { y_max.clone() } else { take(s.p()) };
+        let (zeta, dz) = (take(&scales.z), take(&scales.z));
+        let (q, sigma) =
+            (take(&(proofs.tube_normals.abs() * &scales.x)), take(&(proofs.terminal_normals.abs() * &scales.x)));
+        let upset = take(&scales.x);
+        let y_max = take(&scales.y);
+        let y_min = if context.network.wishes.symmetric { y_max.clone() } else { take(&scales.y) };
         Self { zeta, dz, q, sigma, upset, y_max, y_min }
     }
+}
+
+/// The largest natural size of an output.
+fn widest(context: &Context) -> f64 {
+    let outputs = context.sets.subsystems.iter().flat_map(|sets| sets.scales.y.iter());
+    outputs.copied().fold(f64::MIN_POSITIVE, f64::max)
 }
 
 /// Subtracts |mu| from the coefficients of `offsets`.

@@ -3,12 +3,12 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::program::{MARGIN, Program, TUBE_MARGIN};
-use super::verify::{Bounds, Tightening, taken, terminal_rows};
+use super::verify::{Bounds, Tightening, size_of_z, taken, terminal_rows};
 use super::{Context, Sizing, SubsystemSizing};
 use crate::convex::{Box, Multiplier, Polytope, Strips, least_fixed_point};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::optim::rounding::{down_to_digits, to_digits, up_to_digits};
-use crate::sets::{ReferenceShare, closed_loop_z, floor_support, import_gain, least_offsets};
+use crate::sets::{ReferenceShare, floor_support, import_gain, least_offsets};
 
 /// Digits of what the solver chose (epsilon, Y_i, Delta_i^z): its own accuracy, and pleasant to read.
 const CHOSEN: usize = 6;
@@ -28,6 +28,9 @@ pub fn settle(context: &Context, program: &Program, point: &[f64]) -> Result<Siz
     }
     let mut sizing = Sizing { epsilon, subsystems, l_tilde: Vec::new(), slacks: Vec::new(), trade: Vec::new() };
     fit_outputs(context, program, &mut sizing);
+    for sized in &mut sizing.subsystems {
+        sized.upset = half_axes(&sized.Sigma);
+    }
     for (i, sets) in context.sets.subsystems.iter().enumerate() {
         let taken = |shares: &[ReferenceShare]| shares.iter().map(|share| taken(&sizing, share)).collect();
         let (x_ref, u_ref): (Vec<f64>, Vec<f64>) = (taken(&sets.x_rows), taken(&sets.u_rows));
@@ -122,7 +125,8 @@ fn subsystem(
         },
         x_ref: DVector::zeros(0),
         u_ref: DVector::zeros(0),
-        upset: program.upset(point, i),
+        drift: DVector::zeros(0),
+        upset: DVector::zeros(0),
         zeta,
         dz,
         E,
@@ -135,7 +139,7 @@ fn fitted_terminal(context: &Context, program: &Program, i: usize, sigma: DVecto
     let (proofs, normals) = (&program.proofs[i], &program.proofs[i].terminal_normals);
     let (s, g) = (&context.network.subsystems[i], &context.gains.subsystems[i]);
     let set = Strips { P: normals.clone(), q: invariant(&proofs.terminal, sigma).map(|v| to_digits(v, DERIVED)) };
-    let taken = Bounds::new(&set).all(&proofs.terminal_z, &closed_loop_z(s, g));
+    let taken = Bounds::new(&set).all(&proofs.terminal_z, &size_of_z(s, g));
     let fits = dz.iter().zip(&taken).map(|(dz, taken)| dz / taken * (1.0 - 1e-9)).fold(1.0, f64::min);
     Strips { q: set.q.map(|v| to_digits(v * fits, DERIVED)), ..set }
 }
@@ -152,9 +156,9 @@ fn invariant(proofs: &[Multiplier], sigma: DVector<f64>) -> DVector<f64> {
     }
 }
 
-/// Shrinks all Y_i by one factor, next to 1, where the solver's tolerance let them grow past a row of (25b).
+/// Shrinks all Y_i and Sigma_i by one factor, next to 1, where the solver's tolerance let them grow past a row of (25b).
 fn fit_outputs(context: &Context, program: &Program, sizing: &mut Sizing) {
-    let mut fits: f64 = 1.0;
+    let mut fits = f64::INFINITY;
     for (i, sets) in context.sets.subsystems.iter().enumerate() {
         let sized = &sizing.subsystems[i];
         let (of_x, of_u) = terminal_rows(context, &program.proofs[i], i, &sized.Sigma);
@@ -162,23 +166,53 @@ fn fit_outputs(context: &Context, program: &Program, sizing: &mut Sizing) {
         let u = sets.u_rows.iter().zip(&sized.U_nom.h).zip(&of_u);
         for ((share, room), terminal) in x.chain(u) {
             let rate = sizing.epsilon * share.rate;
-            let steady = taken(sizing, share) - rate;
-            if steady > 0.0 {
-                fits = fits.min((room - terminal - rate) / steady);
+            let shrinks = taken(sizing, share) - rate + terminal;
+            if shrinks > 0.0 {
+                fits = fits.min((room - rate) / shrinks * (1.0 - 1e-10));
             }
         }
     }
-    if fits >= 1.0 {
-        return;
+    if fits < 1.0 {
+        shrink(context, sizing, fits.max(0.0));
     }
+}
+
+fn shrink(context: &Context, sizing: &mut Sizing, factor: f64) {
     for (s, sized) in context.network.subsystems.iter().zip(&mut sizing.subsystems) {
+        sized.Sigma.q = sized.Sigma.q.map(|v| to_digits(v * factor, DERIVED));
         for k in 0..s.p() {
             let (low, high) = s.cover[k].unwrap_or((0.0, 0.0));
-            let end = |value: f64, wanted: f64| down_to_digits(value * fits.max(0.0), DERIVED).max(wanted);
+            let end = |value: f64, wanted: f64| down_to_digits(value * factor, DERIVED).max(wanted);
             sized.Y.max[k] = end(sized.Y.max[k], high);
             sized.Y.min[k] = 0.0 - end(-sized.Y.min[k], -low);
         }
     }
+}
+
+/// A start that drifts by a share of the floor: at most a tenth of it, so that W_i has room for it while the references
+/// do not follow (7a), and so little that what is left of every row of (25b) absorbs the transient it starts.
+pub fn admit_drift(context: &Context, program: &Program, sizing: &mut Sizing) {
+    let mut share: f64 = 0.1;
+    for (i, sets) in context.sets.subsystems.iter().enumerate() {
+        let sized = &sizing.subsystems[i];
+        let (of_x, of_u) = terminal_rows(context, &program.proofs[i], i, &sized.Sigma);
+        let x = sets.x_rows.iter().zip(&sized.X_nom.h).zip(&sized.x_ref).zip(&of_x);
+        let u = sets.u_rows.iter().zip(&sized.U_nom.h).zip(&sized.u_ref).zip(&of_u);
+        for (((row, room), references), terminal) in x.chain(u) {
+            if row.drift > 0.0 {
+                share = share.min((room - references - terminal).max(0.0) / row.drift);
+            }
+        }
+    }
+    for (sets, sized) in context.sets.subsystems.iter().zip(&mut sizing.subsystems) {
+        sized.drift = sets.floor.map(|floor| down_to_digits(floor * share, CHOSEN));
+    }
+}
+
+/// How far the set goes along each axis.
+fn half_axes(set: &Strips) -> DVector<f64> {
+    let end = |k: usize| set.P.column(k).iter().zip(&set.q).map(|(p, q)| q / p.abs()).fold(f64::INFINITY, f64::min);
+    DVector::from_fn(set.P.ncols(), |k, _| down_to_digits(end(k), CHOSEN))
 }
 
 /// (26), rounded down.

@@ -6,8 +6,10 @@ use super::program::Program;
 use super::{Context, Proofs, Sizing, Slack, SubsystemSizing};
 use crate::convex::{Multiplier, Strips};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
+use crate::gains::SubsystemGains;
+use crate::network::Subsystem;
 use crate::optim::rounding::sum_upper;
-use crate::sets::{ReferenceShare, closed_loop_z, floor_support, import_gain, least_offsets};
+use crate::sets::{ReferenceShare, floor_support, import_gain, least_offsets};
 
 /// Upper bounds of the support of E_i in the rows of X_i, and of U_i through K_i with the measurement error.
 pub struct Tightening {
@@ -19,9 +21,10 @@ impl Tightening {
     pub fn new(context: &Context, program: &Program, i: usize, E: &Strips) -> Self {
         let (s, g) = (&context.network.subsystems[i], &context.gains.subsystems[i]);
         let set = Bounds::new(E);
-        let of_tube = set.all(&program.proofs[i].tube_u, &(&s.U.H * &g.K));
+        let proofs = &program.proofs[i];
+        let of_tube = set.all(&proofs.tube_u, &size_of_u(s, g));
         let u = of_tube.iter().zip(&context.noise(i).u).map(|(tube, noise)| with_noise(*tube, *noise)).collect();
-        Self { x: set.all(&program.proofs[i].tube_x, &s.X.H), u }
+        Self { x: set.all(&proofs.tube_x, &s.X.H.abs()), u }
     }
 
     /// h - support, rounded down.
@@ -45,21 +48,21 @@ impl<'a> Bounds<'a> {
         Self { set, hull: set.hull() }
     }
 
-    /// Bound in direction d, which itself was rounded once or twice when it was formed.
-    fn support(&self, proof: &Multiplier, d: impl Iterator<Item = f64>) -> f64 {
-        let formed = sum_upper(d.zip(&self.hull).map(|(d, x)| 1e-14 * d.abs() * x));
+    /// Bound in the direction of the proof, which itself was rounded when it was formed from terms of this size.
+    fn support(&self, proof: &Multiplier, size: impl Iterator<Item = f64>) -> f64 {
+        let formed = sum_upper(size.zip(&self.hull).map(|(d, x)| if d == 0.0 { 0.0 } else { 1e-14 * d * x }));
         sum_upper([proof.bound(&self.set.q, &self.hull), formed])
     }
 
-    pub fn all(&self, proofs: &[Multiplier], D: &DMatrix<f64>) -> Vec<f64> {
-        proofs.iter().zip(D.row_iter()).map(|(proof, d)| self.support(proof, d.iter().copied())).collect()
+    pub fn all(&self, proofs: &[Multiplier], size: &DMatrix<f64>) -> Vec<f64> {
+        proofs.iter().zip(size.row_iter()).map(|(proof, d)| self.support(proof, d.iter().copied())).collect()
     }
 }
 
 /// The slack of every inclusion, in the order of the design's steps.
 ///
 /// # Errors
-/// E0405 where one is negative: the program's margins did not survive, which is a defect of conditioning and named
+/// E0405 where one is negative, or where epsilon, a width of Y_i or Delta_i^z, or a limit of (26) is not positive: the program's margins did not survive, which is a defect of conditioning and named
 /// as such.
 pub fn verify(context: &Context, proofs: &[Proofs], sizing: &Sizing) -> Result<Vec<Slack>, Diagnostics> {
     let mut slacks = Vec::new();
@@ -69,7 +72,9 @@ pub fn verify(context: &Context, proofs: &[Proofs], sizing: &Sizing) -> Result<V
     for (c, l_tilde) in context.network.coupling_constraints.iter().zip(&sizing.l_tilde) {
         slacks.push(Slack { equation: "(26)", what: c.name.clone(), value: *l_tilde });
     }
-    match slacks.iter().find(|slack| slack.value.is_nan() || slack.value < 0.0) {
+    slacks.push(Slack { equation: "(6)", what: "epsilon".to_owned(), value: sizing.epsilon });
+    let positive = |slack: &Slack| ["(6)", "(22)", "(26)", "(31)"].contains(&slack.equation);
+    match slacks.iter().find(|slack| !(slack.value > 0.0 || slack.value == 0.0 && !positive(slack))) {
         Some(slack) => Err(lost(context, slack).into()),
         None => Ok(slacks),
     }
@@ -99,7 +104,8 @@ impl Inclusions<'_> {
     fn invariance(&mut self, tube: &Bounds, terminal: &Bounds) {
         let s = &self.context.network.subsystems[self.i];
         let sets = &self.context.sets.subsystems[self.i];
-        let F = self.context.gains.subsystems[self.i].F.abs();
+        let K = &self.context.gains.subsystems[self.i].K;
+        let F = s.A.abs() + s.B.abs() * K.abs();
         let floor = floor_support(&tube.set.P, &sets.floor);
         let (exogenous, least) = (sets.exogenous.support(&tube.set.P), least_offsets(&tube.set.P, s));
         let imports: Vec<_> = s.L.keys().map(|&j| (j, import_gain(&tube.set.P, s, j))).collect();
@@ -130,12 +136,13 @@ impl Inclusions<'_> {
     fn coupling_outputs(&mut self, tube: &Bounds, terminal: &Bounds) {
         let s = &self.context.network.subsystems[self.i];
         let sized = &self.sizing.subsystems[self.i];
-        let rows = closed_loop_z(s, &self.context.gains.subsystems[self.i]);
+        let rows = size_of_z(s, &self.context.gains.subsystems[self.i]);
         let noise = self.context.noise(self.i).z;
         for (k, row) in rows.row_iter().enumerate() {
             let name = &s.coupling_outputs[k];
             let of_tube = tube.support(&self.proofs.tube_z[k], row.iter().copied());
             self.record("(21)", format!("z = {name}"), sized.zeta[k] - sum_upper([of_tube, noise[k], sized.dz[k]]));
+            self.record("(22)", format!("Delta^z of {name}"), sized.dz[k]);
             let of_terminal = terminal.support(&self.proofs.terminal_z[k], row.iter().copied());
             self.record("(25a)", format!("z = {name}"), sized.dz[k] - of_terminal);
         }
@@ -163,7 +170,17 @@ impl Inclusions<'_> {
 pub fn terminal_rows(context: &Context, proofs: &Proofs, i: usize, Sigma: &Strips) -> (Vec<f64>, Vec<f64>) {
     let (s, g) = (&context.network.subsystems[i], &context.gains.subsystems[i]);
     let set = Bounds::new(Sigma);
-    (set.all(&proofs.terminal_x, &s.X.H), set.all(&proofs.terminal_u, &(&s.U.H * &g.K)))
+    (set.all(&proofs.terminal_x, &s.X.H.abs()), set.all(&proofs.terminal_u, &size_of_u(s, g)))
+}
+
+/// Size of the terms that U.H K_i is the sum of.
+fn size_of_u(s: &Subsystem, g: &SubsystemGains) -> DMatrix<f64> {
+    s.U.H.abs() * g.K.abs()
+}
+
+/// Size of the terms that C_zi + D_zi K_i is the sum of.
+pub fn size_of_z(s: &Subsystem, g: &SubsystemGains) -> DMatrix<f64> {
+    s.Cz.abs() + s.Dz.abs() * g.K.abs()
 }
 
 /// Upper bound of a row on the references: support of the steady states over the product of Y_j, plus Delta^chi.

@@ -82,13 +82,13 @@ fn choice(title: impl Into<String>, place: Place) -> Diagnostic {
 
 fn sizing(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Sizing> {
     let mut table = Table::of("`sizing`", value, errors)?;
-    let keys = ["y-weight", "reserve-weight", "terminal-weight", "epsilon-weight", "facet-loss"];
-    let [y_weight, reserve_weight, terminal_weight, epsilon_weight, facet_loss] =
+    let keys = ["y-weight", "reserve-weight", "terminal-weight", "epsilon-weight", "end-weight", "facet-loss"];
+    let [y_weight, reserve_weight, terminal_weight, epsilon_weight, end_weight, facet_loss] =
         keys.map(|key| table.optional(key, errors, finite));
     let symmetric = table.optional("symmetric", errors, boolean);
     table.refuse_unknown(errors);
     let place = Some(value.place.clone());
-    Some(Sizing { place, y_weight, reserve_weight, terminal_weight, epsilon_weight, facet_loss, symmetric })
+    Some(Sizing { place, y_weight, reserve_weight, terminal_weight, epsilon_weight, end_weight, facet_loss, symmetric })
 }
 
 fn collective(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Collective> {

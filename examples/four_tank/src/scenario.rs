@@ -14,11 +14,17 @@ pub struct Scenario {
 }
 
 impl Scenario {
-    /// Steps up and down in both outputs; y1 = 2.5 is the one the paper reports as infeasible for its own design. At
-    /// epsilon = 0.02 cm per step a reference needs 50 s for 2 cm.
+    /// Steps up and down in both outputs; y1 = 2.5 is the one the paper reports as infeasible for its own design, and
+    /// y1 = 9 at the end lies outside Y_1. At epsilon = 0.02 cm per step a reference needs 50 s for 2 cm.
     pub fn nominal() -> Self {
-        let changes = vec![(0.0, [1.0, 1.0]), (150.0, [2.0, -1.0]), (300.0, [2.5, 1.0]), (450.0, [-1.0, 0.5])];
-        Self { name: "nominal", changes, steps: steps(600.0) }
+        let changes = vec![
+            (0.0, [1.0, 1.0]),
+            (150.0, [2.0, -1.0]),
+            (300.0, [2.5, 1.0]),
+            (450.0, [-1.0, 0.5]),
+            (600.0, [9.0, 0.5]),
+        ];
+        Self { name: "nominal", changes, steps: steps(800.0) }
     }
 
     /// y1 = 9 cm lies outside Y_1: the output must come to rest at the nearest point of Y_1.

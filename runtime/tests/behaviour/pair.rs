@@ -12,6 +12,8 @@ use dpc_runtime::{Controller, Inbox, Link, Message, Tables};
 pub const TUBE: f64 = 0.1;
 pub const RESERVE: f64 = 0.9;
 pub const BOUND: f64 = 4.0;
+/// Some thousand rounding errors of a state, which the slack of 1e-11 in the tests absorbs.
+pub const DRIFT: f64 = 1e-12;
 
 pub type PairTables<const NJ: usize, const NC: usize> =
     Tables<Clamp<1, NC>, 1, 1, 1, 1, 1, NJ, NC, 1, 2, 3, 8, 1, 2, 2>;
@@ -50,6 +52,7 @@ fn with_coupling<const NJ: usize, const NC: usize>(
         Ke: [[1.0]],
         u_min: [-BOUND],
         u_max: [BOUND],
+        drift: [DRIFT],
     };
     let reference = Clamp { weight: [1.0 / (1.0 + 1e-6)], epsilon: 0.05, y_min: [-2.0], y_max: [2.0], rows };
     Tables { model, coupling, reference, problem: problem() }

@@ -1,6 +1,8 @@
 //! Does a controller do in every situation what its status says?
 
-use crate::pair::{self, BOUND, OTHER, PARTNER, PairController, PairInbox, PairMessage, PairTables, RESERVE, TUBE};
+use crate::pair::{
+    self, BOUND, DRIFT, OTHER, PARTNER, PairController, PairInbox, PairMessage, PairTables, RESERVE, TUBE,
+};
 use crate::random::Random;
 use dpc_runtime::{
     Control, Controller, Delivery, Link, Message, ReferenceLayer, References, Refused, StartError, SteadyState, Step,
@@ -174,6 +176,62 @@ fn says_infeasible_and_shifts_the_last_plan_on() {
     assert!(solo.step(0.0, 0.0).status.is_guaranteed(), "the guarantee comes back with feasibility");
 }
 
+/// The tube asks for dx_0 >= `gap`, the reserve for dx_0 <= 0: a contradiction, which the candidate dx = 0 leaves standing
+/// by no more than `gap`.
+#[test]
+fn keeps_a_feasible_candidate_when_the_solver_finds_the_problem_infeasible() {
+    let mut tables = pair::tables();
+    tables.problem.upper[5] = 0.0;
+    let control = |gap: f64| {
+        let mut solo = Solo::new(&tables);
+        let step = solo.step(TUBE + gap, 0.0);
+        assert_eq!((step.telemetry.x_nom, step.telemetry.u_nom), ([0.0], [0.0]));
+        assert_eq!(step.input, [-(TUBE + gap)]);
+        (step.status.control, step.status.is_guaranteed())
+    };
+    assert_eq!(control(1e-11), (Control::Candidate, true));
+    assert!(matches!(control(1e-6), (Control::Infeasible { .. }, false)));
+}
+
+/// Whatever was asked before in the same period, the answer is that of the last call alone, in this period and in those
+/// that follow.
+#[test]
+fn input_forgets_earlier_calls_of_the_period() {
+    let tables = pair::tables();
+    let mut random = Random::new(3);
+    let mut kinds = [0; 4];
+    for _ in 0..1000 {
+        let (mut once, mut again) = (Solo::new(&tables), Solo::new(&tables));
+        for _ in 0..6 {
+            // A new budget forgets the warm start: so only now and then.
+            let budget = [Some(0), Some(3), None, None, None, None].get(random.below(6)).copied().flatten();
+            for solo in [&mut once, &mut again] {
+                budget.into_iter().for_each(|budget| solo.controller.limit_iterations(budget));
+            }
+            let [tried, x] = [(); 2].map(|()| measurement(&mut random));
+            again.controller.input(&[tried]);
+            let (once, again) = (once.step(x, 0.0), again.step(x, 0.0));
+            assert_eq!((once.input, once.status, once.telemetry), (again.input, again.status, again.telemetry));
+            match once.status.control {
+                Control::Optimal { .. } => kinds[0] += 1,
+                Control::Candidate => kinds[1] += 1,
+                Control::Infeasible { .. } | Control::IterationLimit => kinds[2] += 1,
+                Control::AtReference | Control::NotFinite => kinds[3] += 1,
+            }
+        }
+    }
+    assert!(kinds.iter().all(|count| *count > 50), "{kinds:?}");
+}
+
+/// Now and then far away, or not a number.
+fn measurement(random: &mut Random) -> f64 {
+    match random.below(8) {
+        0 => f64::NAN,
+        1 => random.between(-5.0, 5.0),
+        _ => random.between(-1.0, 1.0),
+    }
+}
+
 #[test]
 fn says_iteration_limit_when_even_the_candidate_is_not_feasible() {
     let mut tables = pair::tables();
@@ -200,6 +258,8 @@ fn uses_the_plan_alone_when_the_measurement_is_not_finite() {
     let mut solo = Solo::new(&tables);
     let step = solo.step(f64::MAX, 0.0);
     assert!(step.input[0].is_finite() && !step.status.is_guaranteed());
+    let after = solo.step(0.5, 0.0);
+    assert!(after.status.is_guaranteed() && after.telemetry.x_nom[0].is_finite());
 }
 
 #[test]
@@ -316,7 +376,17 @@ fn starts_from_a_steady_state_only() {
 #[test]
 fn says_at_the_first_step_when_the_starts_do_not_fit_together() {
     let tables = pair::tables();
-    for (z, references) in [(1.0, References::Nearest), (1.1, References::NotSteady)] {
+    // What an import moves the state by is 0.02 of it; x, u and y are of the order of 1.
+    let cases = [
+        (1.0, References::Nearest),
+        (1.0 + 0.9 * DRIFT / 0.02, References::Nearest),
+        (1.0 - 0.9 * DRIFT / 0.02, References::Nearest),
+        (1.0 + 1.2 * DRIFT / 0.02, References::NotSteady),
+        (1.0 - 1.2 * DRIFT / 0.02, References::NotSteady),
+        (1.1, References::NotSteady),
+        (f64::MAX, References::NotSteady),
+    ];
+    for (z, references) in cases {
         let (mut controller, _) = PairController::start(&tables, &steady(1.5, 1.0)).unwrap();
         let mut inbox = PairInbox::new();
         inbox.accept(&OTHER, &Message { step: -1, y_ref: [z], z_ref: [z] }).unwrap();
@@ -355,6 +425,32 @@ fn shares_coupling_constraints() {
     assert_eq!(exceeded.status.references, References::CouplingExceeded { row: 0 });
     assert!(exceeded.status.degraded);
     assert_eq!(exceeded.message.y_ref, [0.0]);
+}
+
+/// A start beyond the tightened limit is no start of Theorem 1, whether or not there is a set-point, and is found out as
+/// soon as the neighbours are heard.
+#[test]
+fn says_that_a_coupling_constraint_is_exceeded_without_a_set_point() {
+    let tables = pair::coupled_tables();
+    let heard = Message { step: -1, y_ref: [0.5], z_ref: [0.5] };
+    for (y, references) in [(0.75, References::CouplingExceeded { row: 0 }), (0.5, References::SetPointNotFinite)] {
+        for set_point in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let (mut controller, _) = PairController::start(&tables, &steady(y, 0.5)).unwrap();
+            let mut inbox = PairInbox::new();
+            inbox.accept(&PARTNER, &heard).unwrap();
+            let step = controller.step(&[y], &[set_point], &mut inbox);
+            assert_eq!((step.status.references, step.message.y_ref), (references, [y]));
+            assert_eq!(step.status.is_guaranteed(), references == References::SetPointNotFinite);
+        }
+    }
+    let (mut controller, _) = PairController::start(&tables, &steady(0.75, 0.5)).unwrap();
+    let mut inbox = PairInbox::new();
+    let step = controller.step(&[0.75], &[f64::NAN], &mut inbox);
+    assert_eq!(step.status.references, References::Waiting);
+    assert!(step.status.degraded && !step.status.is_guaranteed());
+    inbox.accept(&PARTNER, &Message { step: 0, ..heard }).unwrap();
+    let step = controller.step(&[0.75], &[f64::NAN], &mut inbox);
+    assert_eq!(step.status.references, References::CouplingExceeded { row: 0 });
 }
 
 /// A state on the reference: what the first half of a step would show.

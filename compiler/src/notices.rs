@@ -1,0 +1,54 @@
+//! What a design is worth a second look for: nothing is wrong, but it is probably not what was meant.
+#![expect(non_snake_case, reason = "the paper's symbols")]
+
+use crate::design::Design;
+use crate::sizing::CAP;
+use crate::summary::short;
+
+/// Less of the room that its bounds leave an output than this is conspicuous.
+const LITTLE: f64 = 0.05;
+/// More steps than this from one end of Y_i to the other are conspicuous.
+const MANY_STEPS: f64 = 5000.0;
+
+/// One sentence each, in the order of the file.
+pub fn notices(design: &Design) -> Vec<String> {
+    let subsystems = 0..design.network.subsystems.len();
+    let outputs =
+        subsystems.flat_map(|i| (0..design.network.subsystems[i].p()).filter_map(move |k| output(design, i, k)));
+    let limits = design.network.coupling_constraints.iter().zip(&design.sizing.l_tilde);
+    let constraints = limits.filter(|(c, l_tilde)| **l_tilde < 0.5 * c.l).map(|(c, l_tilde)| {
+        format!(
+            "references keep `{}` below {} of its {}; the rest covers what the tubes and moving references do",
+            c.name,
+            short(*l_tilde),
+            short(c.l)
+        )
+    });
+    outputs.chain(constraints).collect()
+}
+
+/// The first thing that is conspicuous about output k of subsystem i.
+fn output(design: &Design, i: usize, k: usize) -> Option<String> {
+    let (s, Y) = (&design.network.subsystems[i], &design.sizing.subsystems[i].Y);
+    let name = format!("{} of `{}`", s.outputs[k].name, s.name);
+    let (min, max, natural) = (Y.min[k], Y.max[k], design.sets.subsystems[i].scales.y[k]);
+    let width = max - min;
+    let steps = width / design.sizing.epsilon;
+    if max.max(-min) > 0.99 * CAP * natural {
+        Some(format!("nothing limits {name}: its set-points end at {CAP:e} times its natural size; bound x or u"))
+    } else if min == 0.0 || max == 0.0 {
+        let side = if min == 0.0 { "above" } else { "below" };
+        Some(format!("set-points of {name} lie {side} 0 only; `symmetric = true` or `cover` asks for both sides"))
+    } else if width < LITTLE * natural {
+        let share = short(100.0 * width / (2.0 * natural));
+        Some(format!("set-points of {name} use {share} % of its bounds; check units, sample time and input limits"))
+    } else if steps > MANY_STEPS {
+        let time = short(steps * design.network.sample_time);
+        Some(format!(
+            "{name} needs {} steps ({time} s) to cross its set-points; `epsilon-weight` makes it faster",
+            short(steps)
+        ))
+    } else {
+        None
+    }
+}
