@@ -75,18 +75,6 @@ impl Polytope {
         self.H.iter().zip(&self.h).map(move |(row, limit)| limit - dot(row, v))
     }
 
-    /// Largest value of one coordinate of a polytope over two coordinates: at one of its corners.
-    pub fn reach(&self, coordinate: usize) -> f64 {
-        let rows: Vec<_> = self.H.iter().zip(&self.h).collect();
-        let corner = |(p, a): &(&Vec<f64>, &f64), (q, b): &(&Vec<f64>, &f64)| {
-            let determinant = p[0] * q[1] - p[1] * q[0];
-            [(*a * q[1] - *b * p[1]) / determinant, (*b * p[0] - *a * q[0]) / determinant]
-        };
-        let corners = rows.iter().flat_map(|one| rows.iter().map(move |other| corner(one, other)));
-        let inside = corners.filter(|v| self.margins(v).all(|margin| margin >= -1e-9));
-        inside.map(|v| v[coordinate]).fold(f64::NEG_INFINITY, f64::max)
-    }
-
     /// Smallest and largest value of one coordinate of a box, infinite where it has none.
     pub fn interval(&self, coordinate: usize) -> [f64; 2] {
         let ends = self.H.iter().zip(&self.h).map(|(row, limit)| (row[coordinate], limit / row[coordinate]));
