@@ -1,5 +1,5 @@
-//! What `dpc-codegen` writes for the examples. Each module is a folder that the command in its files' headers makes
-//! again; the test `freshness` compares them with what the compiler writes now.
+//! What `dpc-codegen` writes for the examples; `cargo run --release -p dpc-codegen -- examples/four_tank/system.toml` makes it
+//! again. The test `freshness` compares it with what the compiler writes now.
 #![no_std]
 #![forbid(unsafe_code)]
 

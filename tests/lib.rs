@@ -1,5 +1,12 @@
 //! What several test files share: the cases, and the pipeline they go through.
 
+pub mod checker;
+pub mod host_loop;
+pub mod least_distance;
+pub mod problem_checker;
+pub mod random_network;
+pub mod strips;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -7,7 +14,7 @@ use dpc_codegen::design::Design;
 use dpc_codegen::diagnostic::{Diagnostics, Source};
 use dpc_codegen::network::Network;
 use dpc_codegen::spec::Spec;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 /// Every stage a case goes through.
 ///
@@ -54,6 +61,11 @@ pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
+/// How many random cases a test tries: `default`, or what the environment variable `DPC_CASES` says.
+pub fn cases_wanted(default: usize) -> usize {
+    std::env::var("DPC_CASES").ok().and_then(|count| count.parse().ok()).unwrap_or(default)
+}
+
 /// Pseudo-random numbers (SplitMix64), the same ones for the same seed.
 pub struct Random(pub u64);
 
@@ -65,6 +77,43 @@ impl Random {
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         ((z ^ (z >> 31)) % limit as u64) as usize
+    }
+
+    /// A number of `[low, high)`.
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * (self.below(1 << 53) as f64 / (1u64 << 53) as f64)
+    }
+
+    /// A number of `[low, high)` whose logarithm is uniform.
+    pub fn magnitude(&mut self, low: f64, high: f64) -> f64 {
+        self.between(low.ln(), high.ln()).exp()
+    }
+
+    /// True with probability `share`.
+    pub fn chance(&mut self, share: f64) -> bool {
+        self.between(0.0, 1.0) < share
+    }
+
+    /// 1 or -1.
+    pub fn sign(&mut self) -> f64 {
+        if self.chance(0.5) { 1.0 } else { -1.0 }
+    }
+
+    /// A vector of unit length.
+    pub fn direction(&mut self, n: usize) -> DVector<f64> {
+        loop {
+            let v = DVector::from_fn(n, |_, _| self.between(-1.0, 1.0));
+            if v.norm() > 1e-3 && v.norm() <= 1.0 || n == 0 {
+                return v.normalize();
+            }
+        }
+    }
+
+    /// 0, ..., n - 1 in some order.
+    pub fn order(&mut self, n: usize) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..n).collect();
+        (1..n).rev().for_each(|k| order.swap(k, self.below(k + 1)));
+        order
     }
 
     /// Small decimal numbers of either sign, some of them 0.

@@ -2,7 +2,7 @@
 //! Delta^chi, and the small gain.
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
-mod exogenous;
+pub mod exogenous;
 
 use std::collections::BTreeMap;
 

@@ -126,7 +126,7 @@ impl Sizing {
     }
 }
 
-/// D_zi K_i V in z_i, and K_i V in the rows of U_i: (21'), (22') of [`crate::sets::Exogenous`].
+/// D_zi K_i V in z_i, and K_i V in the rows of U_i: (21'), (22') of [`crate::sets::exogenous`].
 struct Noise {
     z: DVector<f64>,
     u: DVector<f64>,

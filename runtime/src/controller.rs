@@ -214,9 +214,8 @@ impl<
             input = add(&reference.u, &self.plan().now());
         }
         self.certified = control.is_admissible();
-        if !self.certified {
-            self.confine(&mut input);
-        }
+        // An admissible input is inside up to rounding, which this removes.
+        self.confine(&mut input);
         let plan = self.plan();
         let telemetry = Telemetry {
             x_ref: reference.x,

@@ -120,9 +120,9 @@ impl<const NV: usize, const NR: usize> Instance<'_, NV, NR> {
         rows.fold(true, |rests, ((offset, lower), upper)| rests & (lower <= offset) & (offset <= upper))
     }
 
-    /// Whether every offset is a finite number. A solver cannot be asked otherwise.
+    /// Whether every offset is a number whose products do not overflow. A solver cannot be asked otherwise.
     pub fn is_finite(&self) -> bool {
-        finite(&self.offset)
+        self.offset.iter().all(|offset| offset.abs() < LARGEST)
     }
 
     /// Whether `w` is finite and violates no row by more than `tolerance` times (the row's scale + the largest |w_k|).
@@ -179,6 +179,9 @@ fn stage_offsets<'a, const NP: usize, const N: usize>(
         *place = parameters.get(row.stage).map_or(f64::NAN, |parameter| dot(&row.row, parameter));
     }
 }
+
+/// Its square, times any number of rows, is finite.
+const LARGEST: f64 = 1e100;
 
 fn finite_or_zero(limit: f64) -> f64 {
     if limit.is_finite() { limit.abs() } else { 0.0 }

@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn a_budget_is_split_by_the_weights() {
         let mut program = LogProgram::default();
-        (program.variable(1.0), program.variable(1.0));
+        let _pair = [program.variable(1.0), program.variable(1.0)];
         program.at_least_zero([(0, -1.0), (1, -1.0)], 4.0);
         program.maximise_log(3.0, [(0, 1.0)], 0.0);
         program.maximise_log(1.0, [(1, 1.0)], 0.0);

@@ -179,7 +179,7 @@ impl Program {
                     zeta.enumerate().map(|(k, variable)| (variable, -gain[(r, k)] * (1.0 + 2.0 * TUBE_MARGIN))),
                 );
             }
-            let constant = -2.0 * floor[r] - self.charge(&mut terms, exogenous[r] * (1.0 + 2.0 * TUBE_MARGIN));
+            let constant = -2.5 * floor[r] - self.charge(&mut terms, exogenous[r] * (1.0 + 2.0 * TUBE_MARGIN));
             self.at_least_zero(terms, constant);
             if least[r] > 0.0 {
                 let mut terms = vec![(v.q.start + r, 1.0)];

@@ -59,7 +59,7 @@ pub fn tubes(context: &Context, program: &Program, dz: &[DVector<f64>]) -> Optio
         let strips = sets.tube.normals.nrows();
         let (q, zeta) = (starts[i], starts[i] + strips);
         let exogenous = sets.exogenous.support(&sets.tube.normals) * (1.0 + TUBE_MARGIN);
-        r.rows_mut(q, strips).copy_from(&(floor_support(&sets.tube.normals, &sets.floor) * 2.0 + exogenous));
+        r.rows_mut(q, strips).copy_from(&(floor_support(&sets.tube.normals, &sets.floor) * 2.2 + exogenous));
         r.rows_mut(zeta, s.nz()).copy_from(&((&dz[i] + context.noise(i).z) * (1.0 + TUBE_MARGIN)));
         least.rows_mut(q, strips).copy_from(&(least_offsets(&sets.tube.normals, s) * (1.0 + TUBE_MARGIN)));
         for (a, proof) in proofs.tube.iter().enumerate() {

@@ -100,7 +100,7 @@ impl Inclusions<'_> {
         }
     }
 
-    /// (18): |Lambda| q + h_W <= q. (35a'): q >= 2 h_V. (24): |Lambda| sigma <= sigma.
+    /// (18): |Lambda| q + h_W <= q, the floor of W_i taken twice. (35a'): q >= 2 h_V. (24): |Lambda| sigma <= sigma.
     fn invariance(&mut self, tube: &Bounds, terminal: &Bounds) {
         let s = &self.context.network.subsystems[self.i];
         let sets = &self.context.sets.subsystems[self.i];
@@ -111,7 +111,8 @@ impl Inclusions<'_> {
         let imports: Vec<_> = s.L.keys().map(|&j| (j, import_gain(&tube.set.P, s, j))).collect();
         let image = tube.set.P.abs() * &F;
         for (r, proof) in self.proofs.tube.iter().enumerate() {
-            let mut parts = vec![tube.support(proof, image.row(r).iter().copied()), floor[r], exogenous[r]];
+            // Twice the floor: one for the rounding of the on-line step, one for a start that drifts.
+            let mut parts = vec![tube.support(proof, image.row(r).iter().copied()), 2.0 * floor[r], exogenous[r]];
             for (j, gain) in &imports {
                 let zeta = &self.sizing.subsystems[*j].zeta;
                 parts.extend(gain.row(r).iter().zip(zeta).map(|(g, z)| g * z));

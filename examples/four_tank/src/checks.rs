@@ -29,7 +29,7 @@ pub struct NodeChecks {
     pub coupling: Watch,
     /// Steps whose i-DPC problem (33) had no solution.
     pub infeasible: usize,
-    /// Steps at which the iteration budget ran out and the shifted candidate (47) was used.
+    /// Steps at which the solver gave no solution and the shifted candidate (47), which is feasible, was used.
     pub fell_back: usize,
     /// Steps at which the references had lost the guarantee: messages lost, or starts that do not fit together.
     pub degraded: usize,

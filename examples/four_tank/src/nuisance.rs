@@ -63,7 +63,7 @@ impl<'a> Adversary<'a> {
                 let deviation = last.map_or([0.0; 2], |node| [0, 1].map(|k| node.x_nom[k] - node.x[k]));
                 Nuisance { v: self.error(deviation), w: self.push(row) }
             }
-            Way::Swing { row, period } if self.steps / period % 2 == 0 => {
+            Way::Swing { row, period } if (self.steps / period).is_multiple_of(2) => {
                 Nuisance { v: self.error(self.through_gain(row)), w: self.push(row) }
             }
             Way::Swing { row, .. } => {

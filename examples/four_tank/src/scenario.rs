@@ -68,11 +68,12 @@ mod tests {
     #[test]
     fn set_points_change_when_they_should() {
         let scenario = Scenario::nominal();
-        assert_eq!(scenario.steps, 1200);
+        assert_eq!(scenario.steps, 1600);
         assert_eq!(scenario.set_points(0), [1.0, 1.0]);
         assert_eq!(scenario.set_points(299), [1.0, 1.0]);
         assert_eq!(scenario.set_points(300), [2.0, -1.0]);
         assert_eq!(scenario.set_points(1199), [-1.0, 0.5]);
+        assert_eq!(scenario.set_points(1200), [9.0, 0.5]);
     }
 
     #[test]

@@ -1,0 +1,130 @@
+//! Do the controllers of random networks keep every constraint, on the true plant and against the worst neighbours, and
+//! do their outputs arrive?
+
+use dpc_codegen::design::Design;
+use dpc_codegen::problems::RowKind;
+use dpc_tests::host_loop::{HostLoop, Mission, Neighbours, Tally, nearest_feasible};
+use dpc_tests::random_network::RandomNetwork;
+use dpc_tests::{Random, cases_wanted};
+use nalgebra::DVector;
+
+const STEPS: usize = 190;
+
+/// The random networks that can be designed.
+fn designs(cases: usize) -> impl Iterator<Item = (RandomNetwork, Design)> {
+    // The seeds of the invariants' default campaign are looked at there.
+    (10_000..10_000 + cases as u64).filter_map(|seed| {
+        let case = RandomNetwork::new(seed);
+        let design = Design::new(case.source()).ok()?;
+        Some((case, design))
+    })
+}
+
+/// A row of X or U to drive to its limit, of a subsystem that has one.
+fn target(design: &Design, random: &mut Random) -> Option<Mission> {
+    let rows = |i: &usize| design.network.subsystems[*i].X.h.len() + design.network.subsystems[*i].U.h.len();
+    let subsystem = random.order(design.network.subsystems.len()).into_iter().find(|i| rows(i) > 0)?;
+    Some(Mission::BangBang { subsystem, row: random.below(rows(&subsystem)) })
+}
+
+/// Jumping set-points and bang-bang references, on the plant and against adversarial neighbours.
+fn run_all(case: &RandomNetwork, design: &Design) -> Tally {
+    let random = &mut Random(case.seed);
+    let mut tally = Tally::default();
+    for neighbours in [Neighbours::True, Neighbours::Adversarial] {
+        for mission in [Some(Mission::Jumps), target(design, random)].into_iter().flatten() {
+            let mut network = HostLoop::start(design, &case.plant, neighbours, 1.0, random).compare(5);
+            network.run(&mission, STEPS, random);
+            let violations = &network.tally.violations;
+            assert!(violations.is_empty(), "seed {}, {mission:?}, {neighbours:?}: {violations:?}", case.seed);
+            tally.add(network.tally);
+        }
+    }
+    tally
+}
+
+#[test]
+fn every_constraint_is_kept() {
+    let (mut tally, mut networks) = (Tally::default(), 0);
+    for (case, design) in designs(cases_wanted(30)) {
+        tally.add(run_all(&case, &design));
+        networks += 1;
+    }
+    println!("{networks} networks, {} steps of a subsystem, 0 violations", tally.steps);
+    println!("{} problems solved, {} with rows other than (35a) active", tally.solved, tally.constrained);
+    println!("{} minimisers as Clarabel's to {:.1e}", tally.compared, tally.difference);
+    println!("at most {} iterations", tally.most_iterations);
+    tally.nearest.iter().for_each(|(what, near)| println!("{what}: {near:.9} of the limit"));
+    assert!(tally.solved > 100 * networks && tally.constrained > 10 * networks && tally.compared > 10 * networks);
+    assert!(tally.difference < 1e-8);
+    assert!(tally.nearest.values().all(|near| *near > 0.5), "a limit that nothing comes near is not tested");
+}
+
+/// Steps that the references need to `goal`, then until all modes have decayed by 1e-10; `None` where that is too long.
+fn steps_to(design: &Design, start: &DVector<f64>, goal: &DVector<f64>) -> Option<usize> {
+    let way = (goal - start).iter().map(|way| way.abs()).sum::<f64>() / design.sizing.epsilon;
+    let rho =
+        design.gains.subsystems.iter().map(|g| g.rho_F).fold(design.gains.rho_calF.max(design.gains.rho_F), f64::max);
+    let decay = 1e-10_f64.ln() / rho.ln();
+    (way + decay < 8000.0).then_some((way + decay) as usize + design.network.horizon + 300)
+}
+
+/// Theorem 1, part 2: without coupling constraints every output goes to the point of Y_i nearest to its set-point.
+#[test]
+fn outputs_converge_to_the_nearest_feasible_set_points() {
+    let (mut arrived, mut too_far, mut worst) = (0, 0, 0.0_f64);
+    for (case, design) in designs(cases_wanted(25)).filter(|(_, design)| design.network.coupling_constraints.is_empty())
+    {
+        let random = &mut Random(case.seed);
+        let mut network = HostLoop::start(&design, &case.plant, Neighbours::True, 0.9, random);
+        let start = network.references();
+        let reach = design.sizing.epsilon * 150.0;
+        let set_point = start.map(|y| y + random.between(-reach, reach));
+        let goal = nearest_feasible(&design, &set_point);
+        let Some(steps) = steps_to(&design, &start, &goal) else {
+            too_far += 1;
+            continue;
+        };
+        network.settle(&Mission::Constant(set_point), steps, random);
+        assert!(network.tally.violations.is_empty(), "seed {}: {:?}", case.seed, network.tally.violations);
+        let error = (network.outputs() - &goal).amax() / (1.0 + goal.amax());
+        assert!(error < 1e-6, "seed {}: {error:e} off after {steps} steps", case.seed);
+        worst = worst.max(error);
+        arrived += 1;
+    }
+    println!("{arrived} networks arrived, the worst {worst:.1e} off; {too_far} are too slow to wait for");
+    assert!(arrived > 4 * too_far);
+}
+
+/// What a run with jumping set-points on the true plant violates.
+fn violations(case: &RandomNetwork, design: &Design) -> Vec<String> {
+    let random = &mut Random(case.seed);
+    let mut network = HostLoop::start(design, &case.plant, Neighbours::True, 1.0, random);
+    network.run(&Mission::Jumps, STEPS, random);
+    network.tally.violations.into_keys().collect()
+}
+
+/// (35a) and (35d) a tenth too wide.
+fn widen(design: &mut Design) {
+    for dpc in design.problems.subsystems.iter_mut().map(|problem| &mut problem.dpc) {
+        let widened = |kind: RowKind| matches!(kind, RowKind::Tube | RowKind::Input(_));
+        for r in (0..dpc.rows.len()).filter(|&r| widened(dpc.rows[r].kind)) {
+            dpc.upper[r] *= 1.1;
+            dpc.lower[r] *= 1.1;
+        }
+    }
+}
+
+/// The checks see what the controllers do: wider rows break U in most networks.
+#[test]
+fn a_controller_that_allows_too_much_is_caught() {
+    let (mut caught, mut all) = (0, 0);
+    for (case, mut design) in designs(10) {
+        assert!(violations(&case, &design).is_empty());
+        widen(&mut design);
+        caught += usize::from(violations(&case, &design).iter().any(|what| what == "U"));
+        all += 1;
+    }
+    println!("{caught} of {all} spoilt controllers left U");
+    assert!(2 * caught > all);
+}
