@@ -57,6 +57,9 @@ struct Subsystem<'a> {
     y_set: Set,
     disturbance: Option<Set>,
     measurement_error: Row,
+    M: Rows,
+    load_set: Option<Set>,
+    load_rate: Row,
 }
 
 #[derive(serde::Serialize)]
@@ -131,6 +134,10 @@ impl<'a> Subsystem<'a> {
             y_set: Set::intervals(&sizes.Y),
             disturbance: model.w.as_ref().map(|w| Set::polytope(&w.set)),
             measurement_error: row(model.measurement_error.iter()),
+            M: rows(&model.loads.M),
+            load_set: (!model.loads.is_empty())
+                .then(|| Set::intervals(&Intervals { min: model.loads.min.clone(), max: model.loads.max.clone() })),
+            load_rate: row(model.loads.rate.iter()),
         }
     }
 }

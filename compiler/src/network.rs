@@ -8,6 +8,7 @@ mod disturbance;
 mod form;
 mod interaction;
 mod limits;
+mod loads;
 mod model;
 mod roster;
 mod rows;
@@ -114,6 +115,8 @@ pub struct Subsystem {
     pub w: Option<Bounded>,
     /// |v_k| <= entry k, where the controller is given x + v for the state x.
     pub measurement_error: DVector<f64>,
+    /// Disturbances the controller knows, M d in `x+ = A x + B u + E s + w + M d`; see [`crate::sets::loads`].
+    pub loads: Loads,
     /// Q_i of (34), symmetric positive definite.
     pub Q: DMatrix<f64>,
     /// R_i of (34), symmetric positive definite.
@@ -130,7 +133,20 @@ pub struct Subsystem {
     pub places: SubsystemPlaces,
 }
 
-/// A state, input or output as the user names it.
+/// Measured disturbances of one subsystem; there may be none.
+#[derive(Debug, Clone)]
+pub struct Loads {
+    pub signals: Vec<Signal>,
+    /// n x (number of loads).
+    pub M: DMatrix<f64>,
+    /// min <= d <= max, min <= 0 <= max.
+    pub min: DVector<f64>,
+    pub max: DVector<f64>,
+    /// Largest change per step, at most max - min.
+    pub rate: DVector<f64>,
+}
+
+/// A state, input, output or load as the user names it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Signal {
     pub name: String,
@@ -192,6 +208,7 @@ pub struct SubsystemPlaces {
     pub U: Option<Place>,
     pub w: Option<Place>,
     pub measurement_error: Option<Place>,
+    pub loads: Option<Place>,
     pub K: Option<Place>,
     pub calK: Option<Place>,
     pub weights: Option<Place>,
@@ -227,7 +244,7 @@ impl Network {
 }
 
 impl Network {
-    /// Whether anything acts on a subsystem, or on a measurement, that is not known.
+    /// Whether anything acts on a subsystem, or on what is measured of it, besides inputs and neighbours.
     pub fn is_disturbed(&self) -> bool {
         self.subsystems.iter().any(Subsystem::is_disturbed)
     }
@@ -272,6 +289,7 @@ fn subsystem(
     let U = polytope(&space("u", "input", &member.inputs, member), &given.u, errors);
     let w = disturbance::disturbance(&space("w", "state", &member.states, member), &given.w, errors);
     let measurement_error = disturbance::measurement_error(&given.measurement_error, member, errors);
+    let loads = loads::loads(given, member, errors);
     let weights = tuning::weights(given, member, gamma, spec, errors);
     let gains = weights.as_ref().and_then(|weights| tuning::gains(given, member, weights, errors));
     let cover = X.as_ref().and_then(|X| tuning::cover(&given.cover, member, &model.C, X, errors));
@@ -295,6 +313,7 @@ fn subsystem(
         U: U?,
         w: w?,
         measurement_error: measurement_error?,
+        loads: loads?,
         Q: weights.Q,
         R: weights.R,
         T: weights.T,
@@ -344,6 +363,7 @@ impl SubsystemPlaces {
             U: given.u.as_ref().map(|bounds| bounds.place.clone()),
             w: given.w.as_ref().map(|bounds| bounds.place.clone()),
             measurement_error: given.measurement_error.as_ref().map(spec::PerSignal::place),
+            loads: given.d.as_ref().map(|bounds| bounds.place.clone()),
             K: place(&given.K),
             calK: place(&given.Kx),
             weights: given.gain_weights.place.clone(),
@@ -373,9 +393,9 @@ impl Subsystem {
     pub fn p(&self) -> usize {
         self.C.nrows()
     }
-    /// Whether anything acts on it that is not known.
+    /// Whether anything acts on it, or on what is measured of it, besides inputs and neighbours.
     pub fn is_disturbed(&self) -> bool {
-        self.w.is_some() || self.measurement_error.amax() > 0.0
+        self.w.is_some() || self.measurement_error.amax() > 0.0 || !self.loads.is_empty()
     }
     /// Number of coupling outputs.
     pub fn nz(&self) -> usize {

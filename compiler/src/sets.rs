@@ -3,6 +3,7 @@
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
 pub mod exogenous;
+pub mod loads;
 
 use std::collections::BTreeMap;
 
@@ -33,6 +34,8 @@ pub struct Sets {
     pub z_offset: Vec<usize>,
     /// Per coupling constraint and member j: support of Delta_j^chi in direction `H_h^[j] [C_j 0]`, per unit of epsilon.
     pub coupling: Vec<BTreeMap<usize, f64>>,
+    /// Per coupling constraint: what transients of the loads take of it.
+    pub coupling_loads: Vec<f64>,
 }
 
 #[derive(Debug)]
@@ -94,6 +97,8 @@ pub struct ReferenceShare {
     pub steady_error: f64,
     /// Bound of the row on the transient of a start that drifts by the floor in every state of the network.
     pub drift: f64,
+    /// Upper bound of the loads' share in the row; see [`loads`].
+    pub load: f64,
 }
 
 /// W_i = E_i S_i is usually flat and may be {0}; real arithmetic is neither. Every W_i therefore contains a box of
@@ -120,11 +125,12 @@ impl Sets {
             let (s, g) = (&network.subsystems[i], &gains.subsystems[i]);
             let terminal = terminal(s, g, network.wishes.facet_loss)?;
             let (x_rows, u_rows) = references.shares(i, s, g);
-            let (exogenous, scales) = (Exogenous::new(s, g), Scales::new(s));
+            let (exogenous, scales) = (Exogenous::new(s, g, network.horizon), Scales::new(s));
             subsystems.push(SubsystemSets { tube, terminal, floor: floor(s), exogenous, scales, x_rows, u_rows });
         }
         let coupling = references.coupling(network);
-        Ok(Self { subsystems, small_gain, rho_small_gain, rho_on_normals, z_offset, coupling })
+        let coupling_loads = references.coupling_loads(network);
+        Ok(Self { subsystems, small_gain, rho_small_gain, rho_on_normals, z_offset, coupling, coupling_loads })
     }
 }
 
@@ -235,7 +241,7 @@ fn tubes(
         let mut shapes = Vec::new();
         for (i, s) in network.subsystems.iter().enumerate() {
             let g = &gains.subsystems[i];
-            let exogenous = Exogenous::new(s, g);
+            let exogenous = Exogenous::new(s, g, network.horizon);
             let r = |P: &DMatrix<f64>| (disturbance(P, s, zeta, z_offset) + exogenous.support(P), least_offsets(P, s));
             let made = shape(s, g, fewest, network.wishes.facet_loss, r);
             shapes.push(made.ok_or_else(|| no_invariant_set(s, g, "E_i"))?);
@@ -432,6 +438,7 @@ struct References {
     /// Per column of `steady`, its error in the norm of `contraction`.
     steady_error: Vec<f64>,
     sum: PowerSum,
+    loads: Option<loads::Response>,
     /// Bound of |(I - calF)^-1 w|_P over the floor boxes w of all states.
     drift: f64,
     contraction: Contraction,
@@ -443,16 +450,9 @@ impl References {
     fn new(network: &Network, gains: &Gains) -> Result<Self, Diagnostics> {
         let steady = gains.steady().ok_or_else(|| no_steady_state(network))?;
         let size = gains.calF.nrows();
-        let (abs_F, abs_steady) = (gains.calF.abs(), steady.abs());
         let geometric = 1.0 / (1.0 - gains.contraction.lambda);
-        // What double precision may have done to an entry of the products below.
-        let blur = (&abs_F * &abs_steady + &abs_steady + &gains.calG) * (4.0 * (size + 4) as f64 * f64::EPSILON);
-        let blurred = |matrix: &DMatrix<f64>, j: usize| {
-            let column = matrix.column(j).into_owned();
-            gains.contraction.norm(&column) + gains.contraction.norm_of_box(&blur.column(j).into_owned())
-        };
-        let defect = &steady - &gains.calF * &steady - &gains.calG;
-        let steady_error: Vec<f64> = (0..steady.ncols()).map(|j| blurred(&defect, j) * geometric).collect();
+        let blur = blur(gains, &steady, &gains.calG);
+        let steady_error = steady_error(gains, &steady, &gains.calG);
         let W = -(&gains.calF * &steady);
         // W = -F (I - F)^-1 G: what F does to the error of `steady` is smaller still in a norm that F contracts.
         let rounded = |j: usize| gains.contraction.norm_of_box(&blur.column(j).into_owned());
@@ -462,7 +462,8 @@ impl References {
             PowerSum::new(gains.calF.clone(), W, blocks, network.reference.norm, gains.contraction.clone(), &error);
         let contraction = gains.contraction.clone();
         let drift = contraction.norm_of_box(&collective_floor(network, gains)) * geometric;
-        Ok(Self { steady, steady_error, sum, drift, contraction, chi_offset: gains.chi_offset.clone(), size })
+        let loads = loads::Response::new(network, gains).ok_or_else(|| no_steady_state(network))?;
+        Ok(Self { steady, steady_error, sum, loads, drift, contraction, chi_offset: gains.chi_offset.clone(), size })
     }
 
     /// The rows of X_i on xref and of U_i on uref = calK chi.
@@ -482,6 +483,7 @@ impl References {
             steady: self.steady.tr_mul(&d),
             steady_error: self.contraction.dual_norm(&d) * worst + rounding,
             drift: self.contraction.dual_norm(&d) * self.drift,
+            load: self.loads.as_ref().map_or(0.0, |loads| loads.share(&d, self.contraction.dual_norm(&d))),
         }
     }
 
@@ -494,6 +496,15 @@ impl References {
         d
     }
 
+    fn coupling_loads(&self, network: &Network) -> Vec<f64> {
+        let Some(loads) = &self.loads else { return vec![0.0; network.coupling_constraints.len()] };
+        let taken = |j: usize, H: &DVector<f64>| {
+            loads.transient(&self.direction(j, network.subsystems[j].C.tr_mul(H).iter().copied()))
+        };
+        let constraints = network.coupling_constraints.iter();
+        constraints.map(|c| sum_upper(c.H.iter().map(|(&j, H)| taken(j, H)))).collect()
+    }
+
     fn coupling(&self, network: &Network) -> Vec<BTreeMap<usize, f64>> {
         let rate = |j: usize, H: &DVector<f64>| {
             let row = network.subsystems[j].C.tr_mul(H);
@@ -502,6 +513,24 @@ impl References {
         let constraints = network.coupling_constraints.iter();
         constraints.map(|c| c.H.iter().map(|(&j, H)| (j, rate(j, H))).collect()).collect()
     }
+}
+
+/// What double precision may have done to an entry of (I - calF) `steady` - G.
+fn blur(gains: &Gains, steady: &DMatrix<f64>, G: &DMatrix<f64>) -> DMatrix<f64> {
+    let (abs_F, abs_steady) = (gains.calF.abs(), steady.abs());
+    (&abs_F * &abs_steady + &abs_steady + G.abs()) * (4.0 * (steady.nrows() + 4) as f64 * f64::EPSILON)
+}
+
+/// Per column of `steady`, a bound of its distance from (I - calF)^-1 G in the norm of the contraction.
+fn steady_error(gains: &Gains, steady: &DMatrix<f64>, G: &DMatrix<f64>) -> Vec<f64> {
+    let blur = blur(gains, steady, G);
+    let geometric = 1.0 / (1.0 - gains.contraction.lambda);
+    let blurred = |matrix: &DMatrix<f64>, j: usize| {
+        let column = matrix.column(j).into_owned();
+        gains.contraction.norm(&column) + gains.contraction.norm_of_box(&blur.column(j).into_owned())
+    };
+    let defect = steady - &gains.calF * steady - G;
+    (0..steady.ncols()).map(|j| blurred(&defect, j) * geometric).collect()
 }
 
 fn no_steady_state(network: &Network) -> Diagnostic {

@@ -1,6 +1,7 @@
 //! One subsystem's controller: the step, and the order of things in it.
 
 use crate::linear::{add, clip, dot, finite, subtract, times};
+use crate::load::Load;
 use crate::message::{Delivery, Inbox, Message};
 use crate::problem::Plan;
 use crate::reference::ReferenceLayer;
@@ -52,6 +53,8 @@ pub struct Controller<
     certified: bool,
     /// The same of the candidate, for the next state.
     forecast: bool,
+    /// What the loads add to the newest reference state.
+    push: [f64; NX],
     max_iterations: usize,
     degraded: bool,
 }
@@ -172,11 +175,18 @@ impl<
             noise: None,
             certified: false,
             forecast: false,
+            push: [0.0; NX],
             max_iterations: tables.problem.max_iterations,
             degraded: false,
         };
         let message = controller.message(-1);
         Ok((controller, message))
+    }
+
+    /// The same controller where measured loads add `load` to the steady state's next state: what [`Loads::start`](crate::Loads)
+    /// gives.
+    pub fn under(self, load: &Load<NX>) -> Self {
+        Self { push: load.push, ..self }
     }
 
     /// The same controller for states that are measured with an error which moves tube row r by up to `noise[r]`: the
@@ -193,8 +203,19 @@ impl<
         set_point: &[f64; NY],
         inbox: &mut Inbox<NI, NJ, NB>,
     ) -> Step<NX, NU, NY, NZ, NB> {
+        self.step_under(x, set_point, &Load::NONE, inbox)
+    }
+
+    /// [`Self::step`] of a subsystem with measured loads: `load` is what they mean at this step.
+    pub fn step_under(
+        &mut self,
+        x: &[f64; NX],
+        set_point: &[f64; NY],
+        load: &Load<NX>,
+        inbox: &mut Inbox<NI, NJ, NB>,
+    ) -> Step<NX, NU, NY, NZ, NB> {
         let Input { input, control, telemetry } = self.input(x);
-        let Outlook { message, references, deliveries } = self.references(set_point, inbox);
+        let Outlook { message, references, deliveries } = self.references_under(set_point, load, inbox);
         let status = Status { control, references, deliveries, degraded: self.degraded };
         Step { input, message, status, telemetry }
     }
@@ -229,12 +250,24 @@ impl<
 
     /// The references at t + N from the neighbours' at t + N - 1; ends the period.
     pub fn references(&mut self, set_point: &[f64; NY], inbox: &mut Inbox<NI, NJ, NB>) -> Outlook<NY, NZ, NB> {
+        self.references_under(set_point, &Load::NONE, inbox)
+    }
+
+    /// [`Self::references`] of a subsystem with measured loads.
+    pub fn references_under(
+        &mut self,
+        set_point: &[f64; NY],
+        load: &Load<NX>,
+        inbox: &mut Inbox<NI, NJ, NB>,
+    ) -> Outlook<NY, NZ, NB> {
         let imports = inbox.collect(self.step.wrapping_sub(1));
         let heard = imports.deliveries.iter().all(|delivery| *delivery == Delivery::InSequence);
         let (y, references) = self.next_output(set_point, &imports.y, heard);
         let references = if heard && self.departs(&imports.z) { References::NotSteady } else { references };
         self.degraded |= !heard || !references.are_admissible();
-        self.trajectory.advance(&self.tables.model, y, &imports.z);
+        self.trajectory.advance(&self.tables.model, y, &imports.z, &load.push);
+        self.push = load.push;
+        self.certified &= load.within;
         self.shift();
         let message = self.message(self.step);
         self.step = self.step.wrapping_add(1);
@@ -347,7 +380,7 @@ impl<
     /// Whether this is the first step and the start does not stay where it is under the neighbours' starts: then chi_0 is not
     /// chi_ss, and (7a) does not hold over the first window.
     fn departs(&self, z: &[f64; NI]) -> bool {
-        self.step == 0 && !self.trajectory.stays(&self.tables.model, z)
+        self.step == 0 && !self.trajectory.stays(&self.tables.model, z, &self.push)
     }
 
     fn message(&self, step: i64) -> Message<NY, NZ> {

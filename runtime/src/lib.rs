@@ -74,6 +74,15 @@
 //! [`doubt`](tables::DpcProblem::doubt), which keep the *true* deviation x - xhat in E_i; constraints, statuses and the guarantee
 //! are about the true state. The step after an infeasible one, and the first, rest on the measurement alone.
 //!
+//! # Measured disturbances
+//! Where the file states loads, an emitted file has a `LOADS` value and its `start` gives a [`Loads`] beside the controller:
+//!
+//! ```text
+//! let load = loads.admit(&measured_loads);
+//! let step = controller.step_under(&measured, &set_point, &load, &mut inbox);
+//! if !load.within || !step.status.is_guaranteed() { report() }
+//! ```
+//!
 //! # Symbols
 //! Tilde is `_ref` (reference), hat is `_nom` (nominal); indices i are dropped.
 //!
@@ -103,6 +112,7 @@
 mod controller;
 mod factor;
 mod linear;
+mod load;
 mod message;
 pub mod problem;
 pub mod reference;
@@ -114,6 +124,7 @@ mod trajectory;
 mod version;
 
 pub use controller::{Controller, Input, Outlook, Step, Telemetry};
+pub use load::{Load, Loads};
 pub use message::{Delivery, Inbox, Message, Refused};
 pub use reference::ReferenceLayer;
 pub use start::{StartError, SteadyState};

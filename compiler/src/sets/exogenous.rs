@@ -1,4 +1,5 @@
-//! What acts on a subsystem without a neighbour's part in it: disturbances and measurement errors.
+//! What acts on a subsystem without a neighbour's part in it: disturbances, measurement errors, and what measured loads
+//! ([`super::loads`]) leave.
 //!
 //! # Disturbances
 //! The plant is x+ = A_ii x + B_ii u + E_i s + w, w in D_i. The nominal model (15) and the references (7) do without w, so
@@ -62,7 +63,7 @@ use crate::gains::SubsystemGains;
 use crate::network::Subsystem;
 use crate::optim::rounding::sum_upper;
 
-/// The part D_i + B_ii K_i V of W_i.
+/// The part D_i + B_ii K_i V of W_i, and M_i times what the loads may have changed since the references knew them.
 #[derive(Debug)]
 pub struct Exogenous {
     w: Option<Bounded>,
@@ -71,18 +72,29 @@ pub struct Exogenous {
     BK_size: DMatrix<f64>,
     /// Half-widths of V.
     v: DVector<f64>,
+    M: DMatrix<f64>,
+    /// Half-widths of d - dref.
+    lag: DVector<f64>,
 }
 
 impl Exogenous {
-    pub fn new(s: &Subsystem, g: &SubsystemGains) -> Self {
-        Self { w: s.w.clone(), BK: &s.B * &g.K, BK_size: s.B.abs() * g.K.abs(), v: s.measurement_error.clone() }
+    pub fn new(s: &Subsystem, g: &SubsystemGains, horizon: usize) -> Self {
+        Self {
+            w: s.w.clone(),
+            BK: &s.B * &g.K,
+            BK_size: s.B.abs() * g.K.abs(),
+            v: s.measurement_error.clone(),
+            M: s.loads.M.clone(),
+            lag: s.loads.change(horizon - 1),
+        }
     }
 
     /// Upper bound of the support in the rows of P and in their opposites.
     pub fn support(&self, P: &DMatrix<f64>) -> DVector<f64> {
         let of_v = of_box(&covered(&(P * &self.BK), &(P.abs() * &self.BK_size)), &self.v);
         let of_w = |r: usize| self.w.as_ref().map_or(0.0, |w| w.reach(&P.row(r).transpose()));
-        DVector::from_fn(P.nrows(), |r, _| sum_upper([of_w(r), of_v[r]]))
+        let of_loads = of_box(&covered(&(P * &self.M), &(P.abs() * self.M.abs())), &self.lag);
+        DVector::from_fn(P.nrows(), |r, _| sum_upper([of_w(r), of_v[r], of_loads[r]]))
     }
 }
 

@@ -83,10 +83,10 @@ impl Limit {
 fn disturbance_too_large(context: &Context, proofs: Vec<Proofs>, limit: &Limit) -> Diagnostic {
     let program = Program::new(context, proofs, &Asks::default());
     let mut error =
-        Diagnostic::error(code::DISTURBANCE_TOO_LARGE, "disturbances and measurement errors leave no set-point at all");
+        Diagnostic::error(code::DISTURBANCE_TOO_LARGE, "what acts on the states leaves no set-point at all");
     let share = format!("{:.1} % of this is possible", 100.0 * limit.value);
     for s in &context.network.subsystems {
-        for place in [&s.places.w, &s.places.measurement_error].into_iter().flatten() {
+        for place in [&s.places.w, &s.places.measurement_error, &s.places.loads].into_iter().flatten() {
             error = error.at(place.clone(), share.clone());
         }
     }
@@ -103,19 +103,19 @@ fn disturbance_too_large(context: &Context, proofs: Vec<Proofs>, limit: &Limit) 
         .help("state smaller bounds, widen the limit that stops them, or choose gains that reject what acts on its states (a larger Q or a smaller R in `gain-weights`)")
 }
 
-/// One line per row of X_i and U_i that E_i with offsets q and the measurement error take as a whole.
+/// One line per row of X_i and U_i that E_i with offsets q, the measurement error and the loads take as a whole.
 fn emptied_by_tube(context: &Context, program: &Program, i: usize, q: &DVector<f64>) -> Vec<String> {
-    let (s, proofs) = (&context.network.subsystems[i], &program.proofs[i]);
+    let (s, proofs, sets) = (&context.network.subsystems[i], &program.proofs[i], &context.sets.subsystems[i]);
     let noise = context.noise(i).u;
-    let of_x = s.X.rows.iter().zip(&s.X.h).zip(&proofs.tube_x).map(|(row, tube)| (row, tube.on(q)));
-    let of_u = s.U.rows.iter().zip(&s.U.h).zip(&proofs.tube_u).zip(&noise);
-    let of_u = of_u.map(|((row, tube), noise)| (row, tube.on(q) + noise));
-    of_x.chain(of_u)
-        .filter(|((_, room), taken)| taken >= *room)
-        .map(|((row, room), taken)| {
-            format!("`{row}` of `{}` is emptied: its room is {room:.4}, the tube E takes {taken:.4} of it", s.name)
-        })
-        .collect()
+    let of_x = (0..s.X.h.len()).map(|r| (&s.X.rows[r], s.X.h[r], proofs.tube_x[r].on(q), sets.x_rows[r].load));
+    let of_u =
+        (0..s.U.h.len()).map(|r| (&s.U.rows[r], s.U.h[r], proofs.tube_u[r].on(q) + noise[r], sets.u_rows[r].load));
+    let emptied = of_x.chain(of_u).filter(|(_, room, tube, load)| tube + load >= *room);
+    let line = |(row, room, tube, load): (&String, f64, f64, f64)| {
+        let loads = if load > 0.0 { format!(", the references need {load:.4} for the loads") } else { String::new() };
+        format!("`{row}` of `{}` is emptied: its room is {room:.4}, the tube E takes {tube:.4} of it{loads}", s.name)
+    };
+    emptied.map(line).collect()
 }
 
 /// The epsilon the message suggests: a little inside the limit, two digits.

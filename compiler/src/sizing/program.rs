@@ -26,7 +26,7 @@ pub enum Goal {
     /// The weighted logarithms of the network's wishes.
     #[default]
     Wishes,
-    /// A common factor (at most 1) on disturbances and measurement errors; epsilon is free, reserve and cover are dropped.
+    /// A common factor (at most 1) on disturbances, measurement errors and loads; epsilon is free, reserve and cover are dropped.
     Disturbance,
     /// Epsilon; reserve and cover are dropped.
     Epsilon,
@@ -196,7 +196,7 @@ impl Program {
         }
     }
 
-    /// Takes `amount`, which disturbances or measurement errors cause, out of an inequality: as a constant, which is
+    /// Takes `amount`, which disturbances, measurement errors or loads cause, out of an inequality: as a constant, which is
     /// returned, or in proportion to the factor where that is the goal.
     fn charge(&self, terms: &mut Vec<(usize, f64)>, amount: f64) -> f64 {
         match self.factor.filter(|_| self.goal == Goal::Disturbance) {
@@ -267,7 +267,8 @@ impl Program {
                 y += 1;
             }
         }
-        let mut constant = h * (1.0 - MARGIN) - self.charge(&mut terms, taken.noise * (1.0 + TUBE_MARGIN));
+        let mut constant =
+            h * (1.0 - MARGIN) - self.charge(&mut terms, (taken.noise + share.load) * (1.0 + TUBE_MARGIN));
         match self.epsilon {
             Epsilon::Given(epsilon) => constant -= epsilon * share.rate,
             Epsilon::Free(k) => terms.push((k, -share.rate)),
@@ -317,9 +318,10 @@ impl Program {
 
     /// (26): the tightened limits stay positive, so that 0 remains a set-point.
     fn coupling(&mut self, context: &Context, goal: Goal) {
-        for (c, rates) in context.network.coupling_constraints.iter().zip(&context.sets.coupling) {
+        let constraints = context.network.coupling_constraints.iter();
+        for ((c, rates), load) in constraints.zip(&context.sets.coupling).zip(&context.sets.coupling_loads) {
             let mut terms = Vec::new();
-            let mut constant = c.l * (1.0 - MARGIN);
+            let mut constant = c.l * (1.0 - MARGIN) - self.charge(&mut terms, *load);
             for (&j, row) in &c.Hz {
                 let zeta = self.variables[j].zeta.clone();
                 terms.extend(zeta.zip(row).map(|(variable, h)| (variable, -h.abs())));

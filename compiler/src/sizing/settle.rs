@@ -165,10 +165,10 @@ fn fit_outputs(context: &Context, program: &Program, sizing: &mut Sizing) {
         let x = sets.x_rows.iter().zip(&sized.X_nom.h).zip(&of_x);
         let u = sets.u_rows.iter().zip(&sized.U_nom.h).zip(&of_u);
         for ((share, room), terminal) in x.chain(u) {
-            let rate = sizing.epsilon * share.rate;
-            let shrinks = taken(sizing, share) - rate + terminal;
+            let fixed = sizing.epsilon * share.rate + share.load;
+            let shrinks = taken(sizing, share) - fixed + terminal;
             if shrinks > 0.0 {
-                fits = fits.min((room - rate) / shrinks * (1.0 - 1e-10));
+                fits = fits.min((room - fixed) / shrinks * (1.0 - 1e-10));
             }
         }
     }
@@ -219,7 +219,8 @@ fn half_axes(set: &Strips) -> DVector<f64> {
 fn l_tilde(context: &Context, sizing: &Sizing) -> Vec<f64> {
     let constraints = context.network.coupling_constraints.iter().zip(&context.sets.coupling);
     constraints
-        .map(|(c, rates)| {
+        .zip(&context.sets.coupling_loads)
+        .map(|((c, rates), load)| {
             let taken: f64 =
                 c.Hz.iter()
                     .map(|(j, row)| {
@@ -227,7 +228,7 @@ fn l_tilde(context: &Context, sizing: &Sizing) -> Vec<f64> {
                         sizing.epsilon * rates[j] + row.iter().zip(zeta).map(|(h, z)| h.abs() * z).sum::<f64>()
                     })
                     .sum();
-            down_to_digits(c.l - taken * (1.0 + 1e-12), DERIVED)
+            down_to_digits(c.l - (taken + load) * (1.0 + 1e-12), DERIVED)
         })
         .collect()
 }

@@ -184,10 +184,11 @@ pub fn size_of_z(s: &Subsystem, g: &SubsystemGains) -> DMatrix<f64> {
     s.Cz.abs() + s.Dz.abs() * g.K.abs()
 }
 
-/// Upper bound of a row on the references: support of the steady states over the product of Y_j, plus Delta^chi.
+/// Upper bound of a row on the references: support of the steady states over the product of Y_j, plus Delta^chi, plus loads.
 pub fn taken(sizing: &Sizing, share: &ReferenceShare) -> f64 {
     let ends = sizing.subsystems.iter().flat_map(|s| s.Y.max.iter().zip(s.Y.min.iter()));
     let mut parts = vec![sizing.epsilon * share.rate];
+    parts.extend((share.load > 0.0).then_some(share.load));
     for (gain, (max, min)) in share.steady.iter().zip(ends) {
         parts.push((gain * max).max(gain * min) + share.steady_error * max.max(-min));
     }

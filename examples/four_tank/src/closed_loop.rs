@@ -60,6 +60,11 @@ impl<'a> ClosedLoop<'a> {
         self.x[2 * i..2 * i + 2].copy_from_slice(&x);
     }
 
+    /// Tells subsystem `i` its loads of the step to come.
+    pub fn measure(&mut self, i: usize, loads: &[f64]) {
+        self.nodes[i].measure(loads);
+    }
+
     fn step_node(&mut self, i: usize, set_point: f64, error: [f64; 2]) -> NodeSample {
         let x = [self.x[2 * i], self.x[2 * i + 1]];
         let step = self.nodes[i].step(&[0, 1].map(|k| x[k] + error[k]), set_point);

@@ -5,6 +5,7 @@ pub mod checks;
 pub mod closed_loop;
 pub mod disturbed;
 pub mod figure;
+pub mod inflow;
 pub mod node;
 pub mod nuisance;
 pub mod plant;

@@ -39,6 +39,13 @@ pub struct Subsystem {
     /// Largest error of each measured state.
     #[serde(default)]
     pub measurement_error: Vec<f64>,
+    /// From measured loads to the next state, their bounds and largest changes per step.
+    #[serde(default)]
+    pub M: Vec<Vec<f64>>,
+    #[serde(default)]
+    pub load_set: Option<Polytope>,
+    #[serde(default)]
+    pub load_rate: Vec<f64>,
 }
 
 /// {v : H v <= h}.
@@ -66,6 +73,11 @@ impl Subsystem {
     /// z = Cz x + Dz u.
     pub fn coupling_output(&self, x: &[f64], u: &[f64]) -> Vec<f64> {
         self.Cz.iter().zip(&self.Dz).map(|(of_x, of_u)| dot(of_x, x) + dot(of_u, u)).collect()
+    }
+
+    /// M d.
+    pub fn push(&self, d: &[f64]) -> [f64; 2] {
+        [0, 1].map(|k| dot(&self.M[k], d))
     }
 }
 

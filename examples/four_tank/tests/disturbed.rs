@@ -1,9 +1,10 @@
-//! Do the controllers of a design that states disturbances and measurement errors keep every constraint under the worst of both?
+//! Do the controllers of a design that states disturbances, measurement errors and loads keep every constraint under the worst of
+//! all?
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
 use four_tank::DISTURBED_DESIGN_JSON;
 use four_tank::checks::Checks;
-use four_tank::disturbed::{from_rest, run};
+use four_tank::disturbed::{Weather, from_rest, run};
 use four_tank::plant;
 use four_tank::report::End;
 use four_tank::scenario::Scenario;
@@ -19,7 +20,8 @@ fn promise() -> Promise {
 fn all(seeds: std::ops::Range<u64>, excess: f64) -> Checks {
     let promise = promise();
     let mut all = Checks::new(&promise);
-    seeds.for_each(|seed| all.absorb(&run(&promise, seed, STEPS, excess).unwrap().checks));
+    let weather = Weather { excess, loads_until: STEPS, upset: true };
+    seeds.for_each(|seed| all.absorb(&run(&promise, seed, STEPS, weather).unwrap().checks));
     all
 }
 
@@ -64,8 +66,9 @@ fn outputs_come_into_the_neighbourhood_of_their_set_points() {
     let reach = neighbourhood(&promise);
     let (mut farthest, mut settled) = ([0.0f64; 2], Scenario::nominal());
     settled.steps += 4000;
+    let weather = Weather { excess: 1.0, loads_until: 1200, upset: false };
     for seed in 0..10 {
-        let run = from_rest(&promise, seed, &settled).unwrap();
+        let run = from_rest(&promise, seed, &settled, weather).unwrap();
         assert_eq!(run.checks.violations(), 0, "seed {seed}");
         for sample in &run.trajectory.samples[settled.steps - 1000..] {
             for (i, node) in sample.nodes.iter().enumerate() {
@@ -80,6 +83,29 @@ fn outputs_come_into_the_neighbourhood_of_their_set_points() {
     }
     println!("levels stay within {farthest:.4?} cm of their references, {reach:.4?} cm are possible");
     assert!((0..2).all(|i| farthest[i] < reach[i] * (1.0 + 1e-3) && farthest[i] > 0.3 * reach[i]));
+}
+
+/// Loads at their largest rates, then at rest: the integrators of (7b) leave no error, and on the way the tube holds what the
+/// references do not know yet.
+#[test]
+fn loads_that_come_to_rest_leave_no_error() {
+    let promise = promise();
+    let mut scenario = Scenario::nominal();
+    scenario.steps += 8000;
+    let weather = Weather { excess: 0.0, loads_until: 1200, upset: false };
+    let mut moved: f64 = 0.0;
+    for seed in 0..10 {
+        let run = from_rest(&promise, seed, &scenario, weather).unwrap();
+        assert_eq!(run.checks.violations(), 0, "seed {seed}");
+        moved = run.trajectory.samples[..1200]
+            .iter()
+            .fold(moved, |moved, sample| moved.max((sample.nodes[0].x[0] - sample.nodes[0].x_nom[0]).abs()));
+        for end in End::of(&run, &promise).unwrap() {
+            assert!(end.error() < 1e-6, "seed {seed}: {end:?}");
+        }
+    }
+    println!("loads move h1 by up to {moved:.4} cm from its nominal state");
+    assert!(moved > 0.01);
 }
 
 /// How far h1 and h3 can be from their references for ever: x+ - xref+ = (A + BK)(x - xref) + BK v + w.
