@@ -1,10 +1,12 @@
-//! Do disturbances and measurement errors stay inside what was charged for them? Random networks, worst cases by linear
+//! Do disturbances, measurement errors and loads stay inside what was charged for them? Random networks, worst cases by linear
 //! programs and corners, none of the compiler's proofs.
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
 use dpc_codegen::convex::Polytope;
 use dpc_codegen::design::Design;
 use dpc_codegen::diagnostic::{Source, code};
+use dpc_codegen::network::Loads;
+use dpc_codegen::sets::loads::collective;
 use dpc_tests::{Random, read};
 use nalgebra::{DMatrix, DVector};
 
@@ -213,4 +215,55 @@ fn any_nominal_state_that_the_rows_allow_keeps_the_true_deviation_in_the_tube() 
     }
     println!("{steps} steps, in {beyond} of them the measurement alone allowed less than the forecast");
     assert!(beyond > 100, "{beyond}");
+}
+
+/// The reference system (7) of the whole network, run under loads that do their worst at their bounds and rates, stays below what
+/// every row was charged for them, and not far below.
+#[test]
+fn references_under_loads_take_no_more_than_was_charged() {
+    let source = read("../examples/four_tank/designs/disturbed.toml".as_ref());
+    let design = Design::new(source).expect("a design exists");
+    let (calF, Mcal) = (&design.gains.calF, collective(&design.network, &design.gains));
+    let loads = &design.network.subsystems[0].loads;
+    let mut closest: f64 = 0.0;
+    for (i, (s, g)) in design.network.subsystems.iter().zip(&design.gains.subsystems).enumerate() {
+        let first = design.gains.chi_offset[i];
+        let on_x = s.X.H.clone().resize_horizontally(s.n() + s.p(), 0.0);
+        let rows = on_x.row_iter().chain((&s.U.H * g.calK()).row_iter()).map(|row| row.transpose()).collect::<Vec<_>>();
+        let sets = &design.sets.subsystems[i];
+        for (row, share) in rows.iter().zip(sets.x_rows.iter().chain(&sets.u_rows)) {
+            let mut d = DVector::zeros(calF.nrows());
+            d.rows_mut(first, row.len()).copy_from(row);
+            let taken = worst(&d, calF, &Mcal, loads);
+            assert!(taken <= share.load, "{}: {taken} {}", s.name, share.load);
+            closest = closest.max(taken / share.load);
+        }
+    }
+    println!("loads take up to {closest:.4} of what was charged");
+    assert!(closest > 0.8, "{closest}");
+}
+
+/// Largest value found of d'chi under loads that keep bounds and rates: at rest at one corner, then at full rate to another,
+/// and the sequence that the impulse response asks for, followed as far as the rates allow.
+fn worst(d: &DVector<f64>, calF: &DMatrix<f64>, Mcal: &DMatrix<f64>, loads: &Loads) -> f64 {
+    const LONG: usize = 3000;
+    let mut response = Vec::new();
+    let mut row = d.clone();
+    for _ in 0..LONG {
+        response.push(Mcal.tr_mul(&row));
+        row = calF.tr_mul(&row);
+    }
+    let ends =
+        |side: &DVector<f64>| side.zip_zip_map(&loads.min, &loads.max, |s, low, high| if s > 0.0 { high } else { low });
+    let total: DVector<f64> = response.iter().sum();
+    let steady = ends(&total).dot(&total);
+    // What response[k] wants is what acted k steps ago: the past is run through from its far end.
+    let mut now = ends(&response[LONG - 1]);
+    let mut wanted = 0.0;
+    for impulse in response.iter().rev() {
+        let goal = ends(impulse);
+        now = DVector::from_fn(now.len(), |k, _| goal[k].clamp(now[k] - loads.rate[k], now[k] + loads.rate[k]));
+        wanted += now.dot(impulse);
+    }
+    steady.max(wanted)
 }
