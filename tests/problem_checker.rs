@@ -109,9 +109,8 @@ impl<'a> Problem<'a> {
         all
     }
 
-    /// The emitted rows at v, as (left side, limit).
-    fn rows(&self, v: &DVector<f64>, at: &Parameters) -> Vec<(f64, f64)> {
-        let Some(w) = self.dpc.T.solve_upper_triangular(v) else { return Vec::new() };
+    /// The emitted rows at w, as (left side, limit).
+    fn rows(&self, w: &DVector<f64>, at: &Parameters) -> Vec<(f64, f64)> {
         let value = &self.dpc.V * w;
         let mut all = Vec::new();
         for (r, row) in self.dpc.rows.iter().enumerate() {
@@ -148,9 +147,9 @@ impl<'a> Problem<'a> {
         self.claim(claims, "v = 0 satisfies (35a)-(36)", slack(&self.constraints(&rest, &at)));
         self.claim(claims, "v = 0 satisfies the emitted rows", slack(&self.rows(&rest, &at)));
         for _ in 0..4 {
-            let v = &self.dpc.T * random.direction(rest.len());
-            let full = reach(&self.constraints(&rest, &at), &self.constraints(&v, &at));
-            let kept = reach(&self.rows(&rest, &at), &self.rows(&v, &at));
+            let w = random.direction(rest.len());
+            let full = reach(&self.constraints(&rest, &at), &self.constraints(&(&self.dpc.T * &w), &at));
+            let kept = reach(&self.rows(&rest, &at), &self.rows(&w, &at));
             self.claim(claims, "the emitted rows are (35a)-(36)", 1e-7 - (full - kept).abs() / full.max(kept));
         }
     }
@@ -176,7 +175,8 @@ fn reach(start: &[(f64, f64)], end: &[(f64, f64)]) -> f64 {
     along.filter(|(_, slope)| *slope > 0.0).map(|(room, slope)| room.max(0.0) / slope).fold(f64::INFINITY, f64::min)
 }
 
-/// A point of {H x <= h}: from 0, along axes and other directions in turn, to the end or part of the way.
+/// A point of {H x <= h}: from 0, along axes and other directions in turn, almost to the end or part of the way. What
+/// is left at the end is more than rounding.
 pub fn corner(H: &DMatrix<f64>, h: &DVector<f64>, random: &mut Random) -> DVector<f64> {
     let n = H.ncols();
     let mut x = DVector::zeros(n);
@@ -186,7 +186,7 @@ pub fn corner(H: &DMatrix<f64>, h: &DVector<f64>, random: &mut Random) -> DVecto
         let room = h - H * &x;
         let slope = H * &direction;
         let far = room.iter().zip(&slope).filter(|(_, s)| **s > 1e-12).map(|(r, s)| r.max(0.0) / s).fold(1e3, f64::min);
-        x += direction * (far * if random.chance(0.7) { 1.0 } else { random.between(0.0, 1.0) });
+        x += direction * (far * if random.chance(0.7) { 0.999 } else { random.between(0.0, 0.999) });
     }
     x
 }

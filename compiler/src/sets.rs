@@ -468,10 +468,24 @@ impl References {
 
     /// The rows of X_i on xref and of U_i on uref = calK chi.
     fn shares(&self, i: usize, s: &Subsystem, g: &SubsystemGains) -> (Vec<ReferenceShare>, Vec<ReferenceShare>) {
-        let on_u = &s.U.H * g.calK();
-        let x_rows = s.X.H.row_iter().map(|row| self.share(i, row.iter().copied())).collect();
-        let u_rows = on_u.row_iter().map(|row| self.share(i, row.iter().copied())).collect();
-        (x_rows, u_rows)
+        (self.rows(i, &s.X.H), self.rows(i, &(&s.U.H * g.calK())))
+    }
+
+    /// Delta^chi is symmetric: an opposite row takes the same of it. The bounds of the loads need not be.
+    fn rows(&self, i: usize, rows: &DMatrix<f64>) -> Vec<ReferenceShare> {
+        let mut shares: Vec<ReferenceShare> = Vec::new();
+        for (r, row) in rows.row_iter().enumerate() {
+            let opposite = (0..r).find(|&other| rows.row(other) == -row);
+            shares.push(match opposite {
+                Some(other) => ReferenceShare {
+                    steady: -&shares[other].steady,
+                    load: self.load(&self.direction(i, row.iter().copied())),
+                    ..shares[other].clone()
+                },
+                None => self.share(i, row.iter().copied()),
+            });
+        }
+        shares
     }
 
     fn share(&self, i: usize, row: impl Iterator<Item = f64>) -> ReferenceShare {
@@ -483,8 +497,12 @@ impl References {
             steady: self.steady.tr_mul(&d),
             steady_error: self.contraction.dual_norm(&d) * worst + rounding,
             drift: self.contraction.dual_norm(&d) * self.drift,
-            load: self.loads.as_ref().map_or(0.0, |loads| loads.share(&d, self.contraction.dual_norm(&d))),
+            load: self.load(&d),
         }
+    }
+
+    fn load(&self, d: &DVector<f64>) -> f64 {
+        self.loads.as_ref().map_or(0.0, |loads| loads.share(d, self.contraction.dual_norm(d)))
     }
 
     /// A row over chi_i as a row over the collective chi; entries past the given ones are zero.

@@ -160,8 +160,8 @@ pub static TABLES: Parts = Tables {
         ],
         // Largest |x+ - x| of a state that references start from
         drift: [
-            3.45254e-9, // h3 [cm]
-            4.89337e-10, // h4 [cm]
+            3.00684e-9, // h3 [cm]
+            4.26167e-10, // h4 [cm]
         ],
     },
     // (28): H_h^[i], then H_h^[j] over nothing; l~_h of (26); members
@@ -180,7 +180,7 @@ pub static TABLES: Parts = Tables {
         ],
         // Y_i of (31): upper ends
         y_max: [
-            4.14769, // h3 [cm]
+            4.14766, // h3 [cm]
         ],
         // (28): output and coefficient
         rows: [],
@@ -202,29 +202,29 @@ pub static TABLES: Parts = Tables {
         ],
         // Lower limits of the rows
         lower: [
-            -0.6556641096823959, // (35a) x - xhat in E, normal 1
-            -33.865917634120876, // (35a) x - xhat in E, normal 2
-            -8.05452129942604, // h4 >= -1.8 cm at step 0
-            -8.275673487337139, // h4 >= -1.8 cm at step 1
-            -8.500872932870307, // h4 >= -1.8 cm at step 2
-            -2.8828278183139906, // v2 >= -3 V at step 0, v2 <= 3 V at step 0
-            -2.8849464279010406, // v2 >= -3 V at step 1, v2 <= 3 V at step 1
-            -2.887019863148678, // v2 >= -3 V at step 2, v2 <= 3 V at step 2
-            -41.39821033407721, // (36) terminal set, normal 1
-            -0.7039496884261052, // (36) terminal set, normal 2
+            -0.6556752656878679, // (35a) x - xhat in E, normal 1
+            -33.8664938635084, // (35a) x - xhat in E, normal 2
+            -8.054510143420568, // h4 >= -1.8 cm at step 0
+            -8.275662025022337, // h4 >= -1.8 cm at step 1
+            -8.500861158640475, // h4 >= -1.8 cm at step 2
+            -2.8828257860334814, // v2 >= -3 V at step 0, v2 <= 3 V at step 0
+            -2.884944394126995, // v2 >= -3 V at step 1, v2 <= 3 V at step 1
+            -2.887017827912942, // v2 >= -3 V at step 2, v2 <= 3 V at step 2
+            -41.39626581186901, // (36) terminal set, normal 1
+            -0.7039166234860048, // (36) terminal set, normal 2
         ],
         // Upper limits of the rows
         upper: [
-            0.6556641096823959, // (35a) x - xhat in E, normal 1
-            33.865917634120876, // (35a) x - xhat in E, normal 2
+            0.6556752656878679, // (35a) x - xhat in E, normal 1
+            33.8664938635084, // (35a) x - xhat in E, normal 2
             f64::INFINITY, // h4 >= -1.8 cm at step 0
             f64::INFINITY, // h4 >= -1.8 cm at step 1
             f64::INFINITY, // h4 >= -1.8 cm at step 2
-            2.8828278183139906, // v2 >= -3 V at step 0, v2 <= 3 V at step 0
-            2.8849464279010406, // v2 >= -3 V at step 1, v2 <= 3 V at step 1
-            2.887019863148678, // v2 >= -3 V at step 2, v2 <= 3 V at step 2
-            41.39821033407721, // (36) terminal set, normal 1
-            0.7039496884261052, // (36) terminal set, normal 2
+            2.8828257860334814, // v2 >= -3 V at step 0, v2 <= 3 V at step 0
+            2.884944394126995, // v2 >= -3 V at step 1, v2 <= 3 V at step 1
+            2.887017827912942, // v2 >= -3 V at step 2, v2 <= 3 V at step 2
+            41.39626581186901, // (36) terminal set, normal 1
+            0.7039166234860048, // (36) terminal set, normal 2
         ],
         // Offsets of the first rows, over e = x - xref
         tube: [
@@ -289,14 +289,14 @@ pub static STEADY_U: [[f64; NETWORK_NY]; NU] = [
 /// E_i of (18): row and width. `|row . (x - xhat)| <= width` at every step.
 #[rustfmt::skip]
 pub static TUBE: [([f64; NX], f64); 2] = [
-    ([0.0, 1.0], 0.13549601323),
-    ([-0.9790677118505791, -0.2035348019668168], 4.4740402261),
+    ([0.0, 1.0], 0.13549831867),
+    ([-0.9790677118505791, -0.2035348019668168], 4.474116352),
 ];
 
 /// Z_i of (21): half-widths. `|z - zref|` stays below them, and neighbours rely on it. One per coupling output.
 #[rustfmt::skip]
 pub static Z_WIDTHS: [f64; NZ] = [
-    0.046422140955, // 0.0206 h4 + 0.000247 v2
+    0.046421988948, // 0.0206 h4 + 0.000247 v2
 ];
 
 /// X_i: row and limit, `row . x <= limit`, in the deviations the model is in.

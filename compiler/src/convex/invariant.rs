@@ -50,7 +50,8 @@ pub fn rpi_at_least(P: &DMatrix<f64>, F: &DMatrix<f64>, r: &DVector<f64>, least:
     None
 }
 
-const STEPS: usize = 400;
+/// Where no contracting choice of multipliers has shown by then, none does.
+const STEPS: usize = 50;
 
 /// The least q >= `least` with q >= |Lambda| q + r where the spectral radius is below 1.
 fn fixed_point(abs: &DMatrix<f64>, r: &DVector<f64>, least: &DVector<f64>) -> Option<DVector<f64>> {

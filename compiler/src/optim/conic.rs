@@ -52,6 +52,9 @@ pub enum Answer {
     Failed(String),
 }
 
+/// Residuals of a point that counts although the solver stopped short of its tolerance.
+const CLOSE: f64 = 1e-6;
+
 impl LogProgram {
     pub fn variable(&mut self, unit: f64) -> usize {
         self.units.push(unit);
@@ -88,14 +91,23 @@ impl LogProgram {
             Err(error) => return Answer::Failed(error.to_string()),
         };
         solver.solve();
-        match solver.solution.status {
-            SolverStatus::Solved | SolverStatus::AlmostSolved => {
-                Answer::Point(solver.solution.x.iter().zip(&self.units).map(|(x, unit)| x * unit).collect())
-            }
+        let solution = &solver.solution;
+        // It stops short of its own tolerance where logarithms go far below 1: such a point is as good as any to settle from.
+        let stalled =
+            solution.status == SolverStatus::InsufficientProgress && solution.r_prim.max(solution.r_dual) < CLOSE;
+        if stalled {
+            return Answer::Point(self.in_units(&solution.x));
+        }
+        match solution.status {
+            SolverStatus::Solved | SolverStatus::AlmostSolved => Answer::Point(self.in_units(&solution.x)),
             SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => Answer::Infeasible,
             SolverStatus::DualInfeasible | SolverStatus::AlmostDualInfeasible => Answer::Unbounded,
             other => Answer::Failed(format!("{other:?}")),
         }
+    }
+
+    fn in_units(&self, x: &[f64]) -> Vec<f64> {
+        x.iter().zip(&self.units).map(|(x, unit)| x * unit).collect()
     }
 
     fn rows(&self) -> Rows {

@@ -169,7 +169,13 @@ mod tests {
     fn units_do_not_decide() {
         let metres = DMatrix::from_row_slice(2, 2, &[0.9, 0.1, -0.5, 0.5]);
         let mixed = DMatrix::from_row_slice(2, 2, &[0.9, 0.1e9, -0.5e-9, 0.5]);
-        assert!(Contraction::new(&metres).is_some() && Contraction::new(&mixed).is_some());
+        assert!(Contraction::new(&metres).is_some());
+        let contraction = Contraction::new(&mixed).unwrap();
+        for x in [[1.0, 0.0], [0.0, 1e-9], [1.0, -1e-9], [3.0, 2e-9]].map(|x| DVector::from_row_slice(&x)) {
+            assert!(contraction.norm(&(&mixed * &x)) <= contraction.lambda * contraction.norm(&x) * (1.0 + 1e-9));
+            assert!(contraction.norm(&x) <= contraction.norm_of_box(&x.abs()) * (1.0 + 1e-9));
+            assert!(contraction.dual_norm(&x) <= contraction.dual_norm_of_box(&x.abs()) * (1.0 + 1e-9));
+        }
     }
 
     #[test]

@@ -97,7 +97,7 @@ impl Program {
         let variables = variables.map(|(i, _)| Variables::new(context, i, &proofs[i], &mut problem)).collect();
         let epsilon = match asks.epsilon.or(context.network.reference.epsilon) {
             Some(epsilon) if !matches!(asks.goal, Goal::Epsilon | Goal::Disturbance) => Epsilon::Given(epsilon),
-            _ => Epsilon::Free(problem.variable(widest(context))),
+            _ => Epsilon::Free(problem.variable(most_epsilon(context))),
         };
         let scaled = !matches!(asks.goal, Goal::Wishes | Goal::Epsilon);
         let factor = scaled.then(|| problem.variable(1.0));
@@ -399,6 +399,13 @@ impl Variables {
         let y_min = if context.network.wishes.symmetric { y_max.clone() } else { take(&scales.y) };
         Self { zeta, dz, q, sigma, upset, y_max, y_min }
     }
+}
+
+/// The epsilon that empties the first row of (25b), but no more than the largest natural size of an output.
+fn most_epsilon(context: &Context) -> f64 {
+    let parts = context.network.subsystems.iter().zip(&context.sets.subsystems);
+    let rows = parts.flat_map(|(s, sets)| s.X.h.iter().zip(&sets.x_rows).chain(s.U.h.iter().zip(&sets.u_rows)));
+    rows.filter(|(_, share)| share.rate > 0.0).map(|(h, share)| h / share.rate).fold(widest(context), f64::min)
 }
 
 /// The largest natural size of an output.
