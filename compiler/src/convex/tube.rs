@@ -65,7 +65,7 @@ impl PowerSum {
 
     /// Upper bound of the support value in direction d: a finite sum, the tail |d F^s|_{P^-1} reach / (1 - lambda),
     /// and the same geometric bound for what rounding did to the powers. The sum ends when the tail hardly matters, or
-    /// after [`MOST_STEPS`] with whatever tail is left.
+    /// after `MOST_STEPS` with whatever tail is left.
     pub fn support(&self, d: &DVector<f64>) -> f64 {
         let (mut sum, mut drift, mut row) = (0.0_f64, 0.0, d.clone());
         let later = self.reach / (1.0 - self.contraction.lambda);

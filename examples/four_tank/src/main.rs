@@ -48,6 +48,7 @@ fn run() -> Result<Vec<String>, Failure> {
     let (nominal, clipping) = (Scenario::nominal(), Scenario::clipping());
     let first = session.single("a1", "linear plant, nominal set-points", &LinearTanks, &nominal)?;
     session.single("a2", "linear plant, y1 = 9 cm asked for", &LinearTanks, &clipping)?;
+    session.single("a3", "linear plant, y1 = 2.5 cm asked for", &LinearTanks, &Scenario::held())?;
     session.seeded("b1", "linear plant, deviations at the start", None)?;
     session.seeded("b2", "linear plant, deviations every 25 s", Some(BETWEEN))?;
     session.single("c1", "nonlinear plant, nominal set-points", &nonlinear, &nominal)?;

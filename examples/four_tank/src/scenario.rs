@@ -32,6 +32,11 @@ impl Scenario {
         Self { name: "clipping", changes: vec![(0.0, [9.0, 0.5])], steps: steps(1500.0) }
     }
 
+    /// y1 = 2.5 cm, which the paper reports as infeasible for its own design, held for long.
+    pub fn held() -> Self {
+        Self { name: "held", changes: vec![(0.0, [2.5, 1.0])], steps: steps(1500.0) }
+    }
+
     /// New set-points after 20 to 80 s each time, drawn from the ranges of Y (`[low, high]` per output, cm) stretched
     /// to twice their width, so that about three in four ask for something outside in at least one output.
     pub fn random(random: &mut Random, ranges: [[f64; 2]; 2], steps: usize) -> Self {
