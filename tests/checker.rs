@@ -72,17 +72,18 @@ pub fn lowering_error(plant: &Plant, network: &Network) -> f64 {
 }
 
 /// The collective (A, B, C) of (5).
-struct Lowered {
-    A: DMatrix<f64>,
-    B: DMatrix<f64>,
-    C: DMatrix<f64>,
-    x: Vec<usize>,
-    u: Vec<usize>,
-    y: Vec<usize>,
+pub struct Lowered {
+    pub A: DMatrix<f64>,
+    pub B: DMatrix<f64>,
+    pub C: DMatrix<f64>,
+    /// First entries of the subsystems, and the total.
+    pub x: Vec<usize>,
+    pub u: Vec<usize>,
+    pub y: Vec<usize>,
 }
 
 impl Lowered {
-    fn new(network: &Network) -> Self {
+    pub fn new(network: &Network) -> Self {
         let parts = &network.subsystems;
         let [x, u, y] = [starts(parts, Subsystem::n), starts(parts, Subsystem::m), starts(parts, Subsystem::p)];
         let total = |starts: &[usize]| starts[parts.len()];

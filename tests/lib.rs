@@ -3,6 +3,7 @@
 pub mod checker;
 pub mod host_loop;
 pub mod least_distance;
+pub mod plants;
 pub mod problem_checker;
 pub mod random_network;
 pub mod strips;

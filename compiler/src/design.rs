@@ -1,7 +1,7 @@
 //! The pipeline on one page; read this first.
 
 use crate::diagnostic::{Diagnostics, Source};
-use crate::gains::Gains;
+use crate::gains::{Gains, Settled};
 use crate::network::Network;
 use crate::problems::Problems;
 use crate::sets::Sets;
@@ -36,10 +36,8 @@ impl Design {
         done("Spec");
         let network = Network::new(&spec, source.clone())?;
         done("Network");
-        let gains = Gains::new(&network)?;
-        done("Gains");
-        let sets = Sets::new(&network, &gains)?;
-        done("Sets");
+        let Settled { network, gains, sets } = Settled::new(network)?;
+        done("Gains, Sets");
         let sizing = Sizing::new(&network, &gains, &sets)?;
         done("Sizing");
         let problems = Problems::new(&network, &gains, &sizing)?;

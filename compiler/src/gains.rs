@@ -1,6 +1,11 @@
 //! Step 1 of the off-line design: K_i, calK_i, P_i, and Assumptions 1-3 with their margins.
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
+mod inequality;
+mod interconnection;
+mod pairing;
+mod settle;
+
 use nalgebra::DMatrix;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
@@ -8,6 +13,8 @@ use crate::network::{Network, Subsystem};
 use crate::optim::lyapunov::{Contraction, eigenvalues, lyapunov, spectral_radius};
 use crate::optim::riccati::lqr;
 use crate::optim::rounding::to_digits;
+pub use interconnection::{Layer, interconnection};
+pub use settle::{GainChoice, Settled, origin};
 
 /// After this point: A + BK, every F_ii and calF are Schur (proved by a Lyapunov certificate, not by eigenvalues
 /// alone), and Assumption 2 holds; the margins are recorded.
@@ -51,7 +58,8 @@ pub struct SubsystemGains {
 }
 
 impl Gains {
-    /// Gains by local Riccati equations (or as given), then Assumptions 1, 2, 3.
+    /// Gains as given, as settled by the matrix inequality, or by local Riccati equations; then Assumptions 1, 2, 3.
+    /// [`Settled::new`] chooses between the latter two.
     ///
     /// # Errors
     /// E0201 a subsystem has no stabilising Riccati gain, E0202 F_ii is not Schur, E0203 A + BK is not Schur,
@@ -63,7 +71,8 @@ impl Gains {
         let rho_F = collective.assumption_1(network, &subsystems)?;
         let calF = collective.calF(network, &subsystems);
         let rho_calF = spectral_radius(&calF);
-        let contraction = Contraction::new(&calF).ok_or_else(|| assumption_3_fails(network, &subsystems, rho_calF))?;
+        let contraction =
+            Contraction::new(&calF).ok_or_else(|| assumption_3_fails(network, &collective, &subsystems, rho_calF))?;
         Ok(Self {
             calG: collective.calG(network),
             chi_offset: offsets(network.subsystems.iter().map(|s| s.n() + s.p())),
@@ -86,7 +95,11 @@ impl Gains {
 }
 
 impl SubsystemGains {
-    fn new(subsystem: &Subsystem) -> Result<Self, Diagnostics> {
+    /// The gains of one subsystem, by itself.
+    ///
+    /// # Errors
+    /// E0201, E0206 a Riccati equation has no stabilising solution, E0202 F_ii is not Schur.
+    pub fn new(subsystem: &Subsystem) -> Result<Self, Diagnostics> {
         let K = K_i(subsystem)?;
         let calK = calK_i(subsystem)?;
         let F = &subsystem.A + &subsystem.B * &K;
@@ -131,7 +144,7 @@ fn terminal_weight(F: &DMatrix<f64>, stage: &DMatrix<f64>) -> Option<DMatrix<f64
 }
 
 fn K_i(subsystem: &Subsystem) -> Result<DMatrix<f64>, Diagnostic> {
-    if let Some(K) = &subsystem.gains.K {
+    if let Some(K) = subsystem.gains.K.as_ref().or(subsystem.gains.K_lmi.as_ref()) {
         return Ok(K.clone());
     }
     let (Q, R) = &subsystem.gains.weights;
@@ -139,7 +152,7 @@ fn K_i(subsystem: &Subsystem) -> Result<DMatrix<f64>, Diagnostic> {
 }
 
 fn calK_i(subsystem: &Subsystem) -> Result<DMatrix<f64>, Diagnostic> {
-    if let Some(calK) = &subsystem.gains.calK {
+    if let Some(calK) = subsystem.gains.calK.as_ref().or(subsystem.gains.calK_lmi.as_ref()) {
         return Ok(calK.clone());
     }
     let (Q, R) = &subsystem.gains.reference_weights;
@@ -379,7 +392,7 @@ fn assumption_2_fails(network: &Network, margin: f64) -> Diagnostic {
         .help("track outputs that the inputs can hold at a constant value: no more outputs than inputs, no transmission zero at 1 (an output that is the rate of another state has one)")
 }
 
-fn assumption_3_fails(network: &Network, gains: &[SubsystemGains], rho: f64) -> Diagnostic {
+fn assumption_3_fails(network: &Network, collective: &Collective, gains: &[SubsystemGains], rho: f64) -> Diagnostic {
     let given = network.subsystems.iter().any(|s| s.gains.calK.is_some());
     let mut error =
         Diagnostic::error(code::ASSUMPTION_3, "the reference system is not stable: calF of Assumption 3 is not Schur");
@@ -392,6 +405,7 @@ fn assumption_3_fails(network: &Network, gains: &[SubsystemGains], rho: f64) -> 
         );
     }
     let error = error.note(format!("together, calF has spectral radius {rho:.6}, must be below 1"));
+    let error = pairing::wrong_pairs(network, collective).into_iter().fold(error, Diagnostic::note);
     error.help(if given {
         "leave Kx and Ke out and let the Riccati equation choose them, or check their signs: u = Kx x + Ke e with e the integral of (y_ref - y)"
     } else {

@@ -26,6 +26,7 @@
 //! | q, epsilon | norm and radius of the ball a reference moves in, per step | `network::Reference::norm`, `sizing::Sizing::epsilon` | (6), (30) |
 //! | N | horizon | `network::Network::horizon` | (33) |
 //! | K_i, F_ii | auxiliary control law, closed local loop | `gains::SubsystemGains::{K, F}` | (17), (18) |
+//! | S_i, lambda | block-diagonal Lyapunov matrix and decay rate | `optim::lmi::Feedback::{S, rate}` | Remark 1 |
 //! | calK_i = \[K_i^x K_i^e\] | gain of the reference layer | `gains::SubsystemGains::{Kx, Ke}` | (7f) |
 //! | calF, calG | collective reference system | `gains::Gains::{calF, calG}` | (8) |
 //! | Delta^chi | invariant set of the reference system | support values in `sets` | (12), (13) |
@@ -37,6 +38,9 @@
 //! | Y_i | reference outputs | `sizing::SubsystemSizing::Y` | (25b), (31) |
 //! | l~_h | tightened limit of a coupling constraint | `sizing::Sizing::l_tilde` | (26) |
 //! | V, w | i-DPC problem in least-distance form | `problems::DpcProblem` | (33)-(36) |
+
+// What Clarabel's semidefinite cone calls by name.
+use lapack_symbols as _;
 
 pub mod build;
 pub mod convex;

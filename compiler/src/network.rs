@@ -23,6 +23,7 @@ use nalgebra::{DMatrix, DVector};
 /// q of (6), (30).
 pub use crate::convex::RateNorm as Norm;
 use crate::diagnostic::{Diagnostics, Place, Source};
+use crate::gains::GainChoice;
 use crate::spec::{self, Spec};
 use form::Form;
 use limits::{Space, polytope};
@@ -42,6 +43,8 @@ pub struct Network {
     pub horizon: usize,
     pub reference: Reference,
     pub wishes: Wishes,
+    /// How gains are found that the file does not state.
+    pub gains: GainChoice,
     pub subsystems: Vec<Subsystem>,
     pub coupling_constraints: Vec<CouplingConstraint>,
     /// The text the network was read from, for diagnostics of later stages.
@@ -146,6 +149,10 @@ pub struct GainWishes {
     pub K: Option<DMatrix<f64>>,
     /// [K_i^x K_i^e], m x (n + p).
     pub calK: Option<DMatrix<f64>>,
+    /// K_i from the matrix inequality, where it was used instead of the Riccati equation; see [`crate::gains::Settled`].
+    pub K_lmi: Option<DMatrix<f64>>,
+    /// Likewise calK_i.
+    pub calK_lmi: Option<DMatrix<f64>>,
     /// State and input weight of the Riccati equation for K_i; default Q_i and R_i.
     pub weights: (DMatrix<f64>, DMatrix<f64>),
     /// Weight of (x, e), (n + p) square, and of u in the Riccati equation for calK_i; default diag(Q_i, 0.1 I), R_i.
@@ -171,6 +178,7 @@ pub struct NetworkPlaces {
     pub epsilon: Option<Place>,
     pub horizon: Option<Place>,
     pub sizing: Option<Place>,
+    pub gains: Option<Place>,
 }
 
 /// Where the parts of one subsystem stand in the file. `header` is the name in `[subsystem.name]`; the others fall
@@ -209,6 +217,7 @@ impl Network {
             horizon: settings.horizon,
             reference: settings.reference,
             wishes: settings.wishes,
+            gains: spec.gains.as_ref().map_or(GainChoice::default(), |gains| gains.value),
             subsystems,
             coupling_constraints: constraints,
             source,
@@ -301,6 +310,7 @@ impl NetworkPlaces {
             epsilon: spec.reference.epsilon.as_ref().map(|epsilon| epsilon.place.clone()),
             horizon: Some(spec.horizon.place.clone()),
             sizing: spec.sizing.place.clone(),
+            gains: spec.gains.as_ref().map(|gains| gains.place.clone()),
         }
     }
 }

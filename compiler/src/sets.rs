@@ -102,7 +102,7 @@ impl Sets {
     /// tried; E0303 the normals tried lose too much for Assumption 4.
     pub fn new(network: &Network, gains: &Gains) -> Result<Self, Diagnostics> {
         let z_offset = z_offsets(network);
-        let small_gain = small_gain(network, gains, &z_offset);
+        let small_gain = small_gain(network, &gains.subsystems, &z_offset);
         let rho_small_gain = spectral_radius(&small_gain);
         if rho_small_gain.is_nan() || rho_small_gain >= 1.0 {
             return Err(small_gain_fails(network, &small_gain, &z_offset, rho_small_gain).into());
@@ -120,6 +120,28 @@ impl Sets {
         let coupling = references.coupling(network);
         Ok(Self { subsystems, small_gain, rho_small_gain, rho_on_normals, z_offset, coupling })
     }
+}
+
+/// S of Assumption 4 with its spectral radius; rows of subsystem i depend on K_i alone.
+pub fn small_gain_matrix(network: &Network, gains: &[SubsystemGains]) -> (DMatrix<f64>, f64) {
+    let S = small_gain(network, gains, &z_offsets(network));
+    let rho = spectral_radius(&S);
+    (S, rho)
+}
+
+/// The largest share of the room in a row of X_i or U_i that references take per unit of epsilon.
+///
+/// # Errors
+/// E0304 the steady states cannot be computed to working accuracy.
+pub fn worst_reference_share(network: &Network, gains: &Gains) -> Result<f64, Diagnostics> {
+    let references = References::new(network, gains)?;
+    let mut worst: f64 = 0.0;
+    for (i, s) in network.subsystems.iter().enumerate() {
+        let (x_rows, u_rows) = references.shares(i, s, &gains.subsystems[i]);
+        let rows = x_rows.iter().zip(&s.X.h).chain(u_rows.iter().zip(&s.U.h));
+        worst = rows.fold(worst, |worst, (row, limit)| worst.max(row.rate / limit));
+    }
+    Ok(worst)
 }
 
 /// What neighbour j's deviation does to the rows of P: |P E_i L_ij|, r x (coupling outputs of j).
@@ -172,12 +194,12 @@ fn floor(s: &Subsystem) -> DVector<f64> {
 }
 
 /// S_ij = sum over k of |(C_zi + D_zi K_i) F_ii^k E_i L_ij|, entrywise, with the tail in the norm of F_ii.
-fn small_gain(network: &Network, gains: &Gains, z_offset: &[usize]) -> DMatrix<f64> {
+fn small_gain(network: &Network, gains: &[SubsystemGains], z_offset: &[usize]) -> DMatrix<f64> {
     let size = network.subsystems.iter().map(Subsystem::nz).sum();
     let mut S = DMatrix::zeros(size, size);
     for (i, s) in network.subsystems.iter().enumerate() {
         for (&j, L) in &s.L {
-            let block = power_sum(&closed_loop_z(s, &gains.subsystems[i]), &gains.subsystems[i], &(&s.E * L));
+            let block = power_sum(&closed_loop_z(s, &gains[i]), &gains[i], &(&s.E * L));
             S.view_mut((z_offset[i], z_offset[j]), block.shape()).copy_from(&block);
         }
     }

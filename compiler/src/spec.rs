@@ -7,6 +7,7 @@ mod table;
 mod value;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Source, code};
+use crate::gains::GainChoice;
 use crate::network::{Norm, Signal};
 pub(crate) use nearest::did_you_mean;
 use table::Table;
@@ -24,6 +25,7 @@ pub struct Spec {
     pub horizon: At<i64>,
     pub reference: Reference,
     pub sizing: Sizing,
+    pub gains: Option<At<GainChoice>>,
     pub collective: Option<Collective>,
     /// In the order of the file.
     pub subsystems: Vec<Subsystem>,

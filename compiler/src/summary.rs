@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::design::Design;
 use crate::emit::Emitted;
+use crate::gains::{Layer, origin};
 use crate::network::{Network, Norm, Signal, Subsystem};
 use crate::notices::notices;
 use crate::sizing::{Slack, SubsystemSizing, TradePoint};
@@ -53,11 +54,22 @@ impl Summary<'_> {
         vec![
             String::new(),
             "Assumptions, each with its margin".to_owned(),
+            self.origins(),
             below_one("1  spectral radius of A + BK", gains.rho_F),
             format!("  2  {:<40}{:<10} above 0", "smallest singular value, relative", short(gains.rank_margin)),
             below_one("3  spectral radius of calF", gains.rho_calF),
             below_one("4  small gain: spectral radius of S", sets.rho_small_gain),
         ]
+    }
+
+    /// Where the gains came from; all subsystems mostly have the same origin.
+    fn origins(&self) -> String {
+        let of = |layer: Layer| {
+            let all = self.design.network.subsystems.iter().map(|s| origin(s, layer));
+            let distinct: std::collections::BTreeSet<&str> = all.collect();
+            distinct.into_iter().collect::<Vec<_>>().join(" or ")
+        };
+        format!("  gains: K {}, calK {}", of(Layer::Local), of(Layer::Reference))
     }
 
     fn references(&self) -> Vec<String> {

@@ -86,7 +86,14 @@ pub(super) fn gains(
     let state_weights = gain_weights(&given.gain_weights, member, weights, errors);
     let reference_weights = reference_weights(&given.reference_weights, member, weights, errors);
     let calK = Kx?.zip(Ke?).map(|(Kx, Ke)| hstack(&Kx, &Ke));
-    Some(GainWishes { K: K?, calK, weights: state_weights?, reference_weights: reference_weights? })
+    Some(GainWishes {
+        K: K?,
+        calK,
+        K_lmi: None,
+        calK_lmi: None,
+        weights: state_weights?,
+        reference_weights: reference_weights?,
+    })
 }
 
 fn check_whole(given: &Subsystem, errors: &mut Diagnostics) {

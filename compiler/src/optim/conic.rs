@@ -26,6 +26,11 @@ impl Form {
         merged
     }
 
+    /// The form times a number.
+    pub fn times(&self, factor: f64) -> Self {
+        Self::new(self.terms.iter().map(|&(k, a)| (k, factor * a)), factor * self.constant)
+    }
+
     pub fn at(&self, x: &[f64]) -> f64 {
         self.constant + self.terms.iter().map(|&(k, a)| a * x[k]).sum::<f64>()
     }
@@ -133,16 +138,16 @@ impl LogProgram {
 
 /// A x + s = b with s in the cones, A as triplets.
 #[derive(Default)]
-struct Rows {
-    rows: Vec<usize>,
-    columns: Vec<usize>,
-    values: Vec<f64>,
-    b: Vec<f64>,
+pub(super) struct Rows {
+    pub rows: Vec<usize>,
+    pub columns: Vec<usize>,
+    pub values: Vec<f64>,
+    pub b: Vec<f64>,
 }
 
 impl Rows {
     /// s = form.
-    fn push(&mut self, form: &Form) {
+    pub fn push(&mut self, form: &Form) {
         for (k, a) in form.merged() {
             self.rows.push(self.b.len());
             self.columns.push(k);

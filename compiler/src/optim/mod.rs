@@ -1,8 +1,10 @@
 //! Mathematics of optimisation and linear systems; knows no subsystem.
 
 pub mod conic;
+pub mod lmi;
 pub mod lp;
 pub mod lyapunov;
 pub mod modes;
 pub mod riccati;
 pub mod rounding;
+pub mod semidefinite;

@@ -11,6 +11,7 @@ use super::{
     Spec, Subsystem,
 };
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, code};
+use crate::gains::GainChoice;
 use crate::network::Norm;
 
 pub(super) fn spec(file: &mut Table<'_>, errors: &mut Diagnostics) -> Option<Spec> {
@@ -19,6 +20,7 @@ pub(super) fn spec(file: &mut Table<'_>, errors: &mut Diagnostics) -> Option<Spe
     let horizon = file.required("horizon", errors, integer);
     let reference = file.optional("reference", errors, reference).unwrap_or_default();
     let sizing = file.optional("sizing", errors, sizing).unwrap_or_default();
+    let gains = file.optional("gains", errors, gains);
     let collective = file.optional("collective", errors, collective);
     let subsystems = file.required("subsystem", errors, subsystems);
     let coupling_constraints = file.optional("coupling-constraint", errors, constraints).unwrap_or_default();
@@ -29,6 +31,7 @@ pub(super) fn spec(file: &mut Table<'_>, errors: &mut Diagnostics) -> Option<Spe
         horizon: horizon?,
         reference,
         sizing,
+        gains,
         collective,
         subsystems: subsystems?,
         coupling_constraints,
@@ -55,6 +58,23 @@ fn layer(value: &Value<'_>, errors: &mut Diagnostics) -> Option<()> {
     };
     errors.push(error.help("write layer = \"paper\", or leave the key out"));
     None
+}
+
+fn gains(value: &Value<'_>, errors: &mut Diagnostics) -> Option<At<GainChoice>> {
+    let written = text(value, errors)?;
+    let choice = match &*written.value {
+        "auto" => GainChoice::Auto,
+        "lqr" => GainChoice::Lqr,
+        "lmi" => GainChoice::Lmi,
+        other => {
+            let error = choice(format!("there is no way \"{other}\" to find gains"), written.place);
+            errors.push(error.help(
+                "write gains = \"lqr\" (local Riccati equations), \"lmi\" (matrix inequality) or \"auto\", the default (the first, and where it fails the second)",
+            ));
+            return None;
+        }
+    };
+    Some(At::new(choice, written.place))
 }
 
 fn norm(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Norm> {

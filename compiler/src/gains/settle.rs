@@ -1,0 +1,247 @@
+//! Which gains: local Riccati equations, the matrix inequality, or the first that works.
+
+use nalgebra::DMatrix;
+
+use super::inequality::offer;
+use super::interconnection::Layer;
+use super::pairing::wrong_pairs;
+use super::{Collective, Gains, SubsystemGains, each};
+use crate::diagnostic::{Diagnostic, Diagnostics, code};
+use crate::network::{Network, Subsystem};
+use crate::sets::{Sets, small_gain_matrix, worst_reference_share};
+
+/// `gains` of the file, for subsystems that state no gains themselves.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum GainChoice {
+    /// Local Riccati equations; for a layer of gains that they fail, the matrix inequality.
+    #[default]
+    Auto,
+    /// Local Riccati equations.
+    Lqr,
+    /// The matrix inequality of [`crate::optim::lmi`].
+    Lmi,
+}
+
+/// A network whose gains are chosen, with the stages that prove them.
+#[derive(Debug)]
+pub struct Settled {
+    /// With the gains of the matrix inequality where it was used.
+    pub network: Network,
+    pub gains: Gains,
+    pub sets: Sets,
+}
+
+impl Settled {
+    /// Chooses the gains as the file asks for.
+    ///
+    /// Of the gains that the inequality offers for the K_i, the cheapest with a small-gain radius of at most one half are
+    /// taken, else those with the smallest radius; for the calK_i those that leave the references most room in X_i and U_i.
+    ///
+    /// # Errors
+    /// Those of [`Gains::new`] and [`Sets::new`] for the gains tried first, with what the matrix inequality has to say.
+    pub fn new(network: Network) -> Result<Self, Diagnostics> {
+        match network.gains {
+            GainChoice::Lqr => Self::with(network).map_err(offered),
+            GainChoice::Lmi => Self::by_inequality(network),
+            GainChoice::Auto => Self::by_need(network),
+        }
+    }
+
+    fn with(network: Network) -> Result<Self, Diagnostics> {
+        let (gains, sets) = attempt(&network)?;
+        Ok(Self { network, gains, sets })
+    }
+
+    fn by_inequality(mut network: Network) -> Result<Self, Diagnostics> {
+        for layer in [Layer::Local, Layer::Reference] {
+            if is_open(&network, layer) {
+                network = improved(&network, layer).map_err(|shortfall| refused(&network, layer, &shortfall))?;
+            }
+        }
+        Self::with(network)
+    }
+
+    fn by_need(mut network: Network) -> Result<Self, Diagnostics> {
+        let mut tried = Vec::new();
+        loop {
+            let errors = match attempt(&network) {
+                Ok((gains, sets)) => return Ok(Self { network, gains, sets }),
+                Err(errors) => errors,
+            };
+            let layer = blamed(&errors).filter(|layer| !tried.contains(layer) && is_open(&network, *layer));
+            let Some(layer) = layer else { return Err(errors) };
+            tried.push(layer);
+            network = match improved(&network, layer) {
+                Ok(better) => better,
+                Err(shortfall) => return Err(noted(errors, &shortfall)),
+            };
+        }
+    }
+}
+
+fn attempt(network: &Network) -> Result<(Gains, Sets), Diagnostics> {
+    let gains = Gains::new(network)?;
+    let sets = Sets::new(network, &gains)?;
+    Ok((gains, sets))
+}
+
+/// The layer whose gains other gains could repair; no gains repair what is not listed.
+fn blamed(Diagnostics(errors): &Diagnostics) -> Option<Layer> {
+    match errors.first()?.code {
+        code::COLLECTIVE_LOOP | code::SMALL_GAIN | code::NO_INVARIANT_SET | code::FEW_NORMALS => Some(Layer::Local),
+        code::ASSUMPTION_3 | code::STEADY_STATE => Some(Layer::Reference),
+        _ => None,
+    }
+}
+
+fn is_open(network: &Network, layer: Layer) -> bool {
+    network.subsystems.iter().any(|s| layer.given(s).is_none())
+}
+
+/// Why the inequality does not help, as a sentence.
+struct Shortfall(String);
+
+/// `network` with gains of the inequality in one layer.
+fn improved(network: &Network, layer: Layer) -> Result<Network, Shortfall> {
+    match layer {
+        Layer::Local => quietest(network),
+        Layer::Reference => roomiest(network),
+    }
+}
+
+fn with_gains(network: &Network, layer: Layer, gains: &[DMatrix<f64>]) -> Network {
+    let mut network = network.clone();
+    for (s, gain) in network.subsystems.iter_mut().zip(gains) {
+        if layer.given(s).is_some() {
+            continue;
+        }
+        match layer {
+            Layer::Local => s.gains.K_lmi = Some(gain.clone()),
+            Layer::Reference => s.gains.calK_lmi = Some(gain.clone()),
+        }
+    }
+    network
+}
+
+/// The first whose small-gain radius is small, else the one with the smallest radius, of those with the sets that
+/// Assumption 4 asks for.
+fn quietest(network: &Network) -> Result<Network, Shortfall> {
+    let (mut good, mut others) = (None, Vec::new());
+    let judge = |gains: Vec<DMatrix<f64>>| {
+        let network = with_gains(network, Layer::Local, &gains);
+        match small_gain_radius(&network) {
+            Some(radius) if radius <= SMALL && stands(&network) => good = Some(network),
+            Some(radius) => others.push((radius, network)),
+            None => {}
+        }
+        good.is_none()
+    };
+    offer(network, Layer::Local, judge).map_err(|fastest| no_solution(Layer::Local, fastest))?;
+    others.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    let best = others.first().map(|(radius, _)| *radius);
+    let standing = || others.into_iter().find(|(radius, network)| *radius < 1.0 && stands(network));
+    good.or_else(|| standing().map(|(_, network)| network)).ok_or_else(|| loud(best))
+}
+
+fn small_gain_radius(network: &Network) -> Option<f64> {
+    let gains = each(&network.subsystems, SubsystemGains::new).ok()?;
+    Some(small_gain_matrix(network, &gains).1).filter(|radius| radius.is_finite())
+}
+
+/// Whether nothing is left to blame the K_i for.
+fn stands(network: &Network) -> bool {
+    attempt(network).map_or_else(|errors| blamed(&errors) == Some(Layer::Reference), |_| true)
+}
+
+fn loud(best: Option<f64>) -> Shortfall {
+    let solved = "the matrix inequality for all K_i together has solutions";
+    Shortfall(match best {
+        Some(best) if best >= 1.0 => format!("{solved}, but the small-gain radius is {best:.4} with the best of them"),
+        Some(best) => {
+            format!("{solved} with a small-gain radius of {best:.4}, but the sets were not found for them either")
+        }
+        None => format!("{solved}, but none that survives rounding"),
+    })
+}
+
+/// Small-gain radii up to here are as good as smaller ones.
+const SMALL: f64 = 0.5;
+
+/// The one that takes the smallest share of X_i and U_i for references that move.
+fn roomiest(network: &Network) -> Result<Network, Shortfall> {
+    let mut best: Option<(f64, Network)> = None;
+    let judge = |gains: Vec<DMatrix<f64>>| {
+        let network = with_gains(network, Layer::Reference, &gains);
+        let share = reference_share(&network).filter(|share| best.as_ref().is_none_or(|(least, _)| share < least));
+        best = share.map(|share| (share, network)).or(best.take());
+        true
+    };
+    offer(network, Layer::Reference, judge).map_err(|fastest| no_solution(Layer::Reference, fastest))?;
+    let none = "the matrix inequality for all calK_i together has solutions, but none that survives rounding";
+    best.map(|(_, network)| network).ok_or_else(|| Shortfall(none.to_owned()))
+}
+
+fn reference_share(network: &Network) -> Option<f64> {
+    let gains = Gains::new(network).ok()?;
+    worst_reference_share(network, &gains).ok().filter(|share| share.is_finite())
+}
+
+fn no_solution(layer: Layer, fastest: Option<f64>) -> Shortfall {
+    let gains = match layer {
+        Layer::Local => "K_i",
+        Layer::Reference => "calK_i",
+    };
+    Shortfall(match fastest {
+        Some(rate) => format!(
+            "no {gains} at all have a block-diagonal Lyapunov matrix: the matrix inequality for all {gains} together needs a growth of {rate:.4} per step, must be below 1"
+        ),
+        None => format!("the matrix inequality for all {gains} together has no solution that could be computed"),
+    })
+}
+
+/// `gains = "lqr"` where other gains might do.
+fn offered(mut errors: Diagnostics) -> Diagnostics {
+    let helps = blamed(&errors).is_some();
+    if let Some(error) = errors.0.first_mut().filter(|_| helps) {
+        error.helps.push("gains = \"auto\" goes on to a matrix inequality over all subsystems".to_owned());
+    }
+    errors
+}
+
+fn noted(Diagnostics(mut errors): Diagnostics, Shortfall(shortfall): &Shortfall) -> Diagnostics {
+    if let Some(error) = errors.first_mut() {
+        error.notes.push(shortfall.clone());
+    }
+    Diagnostics(errors)
+}
+
+/// `gains = "lmi"` where the inequality has no solution.
+fn refused(network: &Network, layer: Layer, Shortfall(shortfall): &Shortfall) -> Diagnostics {
+    let (code, assumption) = match layer {
+        Layer::Local => (code::COLLECTIVE_LOOP, "Assumption 1"),
+        Layer::Reference => (code::ASSUMPTION_3, "Assumption 3"),
+    };
+    let title = format!("no gains for {assumption} come out of the matrix inequality");
+    let place = network.places.gains.clone().unwrap_or_default();
+    let error = Diagnostic::error(code, title).at(place, "asked for here").note(shortfall.clone());
+    let pairs = match layer {
+        Layer::Local => Vec::new(),
+        Layer::Reference => wrong_pairs(network, &Collective::new(network)),
+    };
+    let error = pairs.into_iter().fold(error, Diagnostic::note);
+    error.help("leave `gains` out: local Riccati equations may do where the inequality does not").into()
+}
+
+/// Where the gains of a subsystem came from, for people.
+pub fn origin(subsystem: &Subsystem, layer: Layer) -> &'static str {
+    let wishes = &subsystem.gains;
+    let by_inequality = match layer {
+        Layer::Local => wishes.K_lmi.is_some(),
+        Layer::Reference => wishes.calK_lmi.is_some(),
+    };
+    match (layer.given(subsystem).is_some(), by_inequality) {
+        (true, _) => "given",
+        (false, true) => "matrix inequality",
+        (false, false) => "local Riccati equation",
+    }
+}
