@@ -88,6 +88,10 @@ pub mod code {
     pub const RESERVE: &str = "E0125";
     /// One of `Kx`, `Ke` without the other.
     pub const HALF_A_GAIN: &str = "E0126";
+    /// A disturbance set that is unbounded or does not hold 0, or a measurement error that is no bound.
+    pub const DISTURBANCE: &str = "E0127";
+    /// Loads whose matrix or bounds are missing, unbounded or leave out 0, or these without loads.
+    pub const LOAD: &str = "E0128";
 
     /// A_ii has an unstable mode that B_ii does not reach (Assumption 1).
     pub const UNSTABILISABLE: &str = "E0201";
@@ -123,6 +127,8 @@ pub mod code {
     pub const NOT_CONVEX: &str = "E0501";
     /// An entry of the condensed problem is not finite.
     pub const OVERFLOW: &str = "E0502";
+    /// Disturbances, measurement errors and loads leave no set-point: a tightened set is empty.
+    pub const DISTURBANCE_TOO_LARGE: &str = "E0406";
     /// The ball of (30) has too many facets.
     pub const TOO_MANY_OUTPUTS: &str = "E0503";
 
@@ -130,7 +136,7 @@ pub mod code {
     pub const NUMERICAL: [&str; 6] = [FEW_NORMALS, STEADY_STATE, NOT_SIZED, LOST_SLACK, NOT_CONVEX, OVERFLOW];
 
     /// All others.
-    pub const ALL: [&str; 38] = [
+    pub const ALL: [&str; 41] = [
         SYNTAX,
         UNKNOWN_KEY,
         MISSING_KEY,
@@ -157,6 +163,8 @@ pub mod code {
         COVER,
         RESERVE,
         HALF_A_GAIN,
+        DISTURBANCE,
+        LOAD,
         UNSTABILISABLE,
         LOCAL_LOOP,
         COLLECTIVE_LOOP,
@@ -168,6 +176,7 @@ pub mod code {
         EPSILON,
         RESERVE_TOO_LARGE,
         COVER_TOO_LARGE,
+        DISTURBANCE_TOO_LARGE,
         TOO_MANY_OUTPUTS,
     ];
 }

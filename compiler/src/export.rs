@@ -55,8 +55,11 @@ struct Subsystem<'a> {
     u_hat: Set,
     sigma: Set,
     y_set: Set,
-    /// The model class has no exogenous disturbance yet.
     disturbance: Option<Set>,
+    measurement_error: Row,
+    M: Rows,
+    load_set: Option<Set>,
+    load_rate: Row,
 }
 
 #[derive(serde::Serialize)]
@@ -129,7 +132,12 @@ impl<'a> Subsystem<'a> {
             u_hat: Set::polytope(&sizes.U_nom),
             sigma: Set::strips(&sizes.Sigma),
             y_set: Set::intervals(&sizes.Y),
-            disturbance: None,
+            disturbance: model.w.as_ref().map(|w| Set::polytope(&w.set)),
+            measurement_error: row(model.measurement_error.iter()),
+            M: rows(&model.loads.M),
+            load_set: (!model.loads.is_empty())
+                .then(|| Set::intervals(&Intervals { min: model.loads.min.clone(), max: model.loads.max.clone() })),
+            load_rate: row(model.loads.rate.iter()),
         }
     }
 }

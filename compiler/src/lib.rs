@@ -21,6 +21,7 @@
 //! | C_zi, D_zi | coupling output z_i, what others hear of the subsystem | `network::Subsystem::{Cz, Dz}` | (1c) |
 //! | X_i, U_i | state and input constraints | `network::Subsystem::{X, U}` | |
 //! | H_h, l_h | coupling constraint over outputs | `network::CouplingConstraint` | (3), (4) |
+//! | w, v | disturbance and measurement error, beyond the paper: [`sets::exogenous`] | `network::Subsystem::{w, measurement_error}` | (20'), (35a') |
 //! | Q_i, R_i, P_i | stage and terminal weights | `network::Subsystem::{Q, R}`, `gains::SubsystemGains::P` | (34), (37) |
 //! | T_i, gamma | weights of the reference output | `network::Subsystem::T`, `network::Reference::gamma` | (29) |
 //! | q, epsilon | norm and radius of the ball a reference moves in, per step | `network::Reference::norm`, `sizing::Sizing::epsilon` | (6), (30) |

@@ -4,9 +4,11 @@
 mod blocks;
 mod collective;
 mod constraints;
+mod disturbance;
 mod form;
 mod interaction;
 mod limits;
+mod loads;
 mod model;
 mod roster;
 mod rows;
@@ -20,6 +22,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::convex::Bounded;
 /// q of (6), (30).
 pub use crate::convex::RateNorm as Norm;
 use crate::diagnostic::{Diagnostics, Place, Source};
@@ -110,6 +113,13 @@ pub struct Subsystem {
     pub X: NamedPolytope,
     /// U_i, over the inputs.
     pub U: NamedPolytope,
+    /// Exogenous disturbance w in `x+ = A x + B u + E s + w`: nothing is known of it but that it stays in this set, which
+    /// holds 0. `None`: there is none.
+    pub w: Option<Bounded>,
+    /// |v_k| <= entry k, where the controller is given x + v for the state x.
+    pub measurement_error: DVector<f64>,
+    /// Disturbances the controller knows, M d in `x+ = A x + B u + E s + w + M d`; see [`crate::sets::loads`].
+    pub loads: Loads,
     /// Q_i of (34), symmetric positive definite.
     pub Q: DMatrix<f64>,
     /// R_i of (34), symmetric positive definite.
@@ -126,7 +136,20 @@ pub struct Subsystem {
     pub places: SubsystemPlaces,
 }
 
-/// A state, input or output as the user names it.
+/// Measured disturbances of one subsystem; there may be none.
+#[derive(Debug, Clone)]
+pub struct Loads {
+    pub signals: Vec<Signal>,
+    /// n x (number of loads).
+    pub M: DMatrix<f64>,
+    /// min <= d <= max, min <= 0 <= max.
+    pub min: DVector<f64>,
+    pub max: DVector<f64>,
+    /// Largest change per step, at most max - min.
+    pub rate: DVector<f64>,
+}
+
+/// A state, input, output or load as the user names it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Signal {
     pub name: String,
@@ -191,6 +214,9 @@ pub struct SubsystemPlaces {
     pub C: Option<Place>,
     pub X: Option<Place>,
     pub U: Option<Place>,
+    pub w: Option<Place>,
+    pub measurement_error: Option<Place>,
+    pub loads: Option<Place>,
     pub K: Option<Place>,
     pub calK: Option<Place>,
     pub weights: Option<Place>,
@@ -223,6 +249,13 @@ impl Network {
             source,
             places: NetworkPlaces::of(spec),
         })
+    }
+}
+
+impl Network {
+    /// Whether anything acts on a subsystem, or on what is measured of it, besides inputs and neighbours.
+    pub fn is_disturbed(&self) -> bool {
+        self.subsystems.iter().any(Subsystem::is_disturbed)
     }
 }
 
@@ -263,6 +296,9 @@ fn subsystem(
     let coupling_outputs = coupling_outputs(model, member);
     let X = polytope(&space("x", "state", &member.states, member), &given.x, errors);
     let U = polytope(&space("u", "input", &member.inputs, member), &given.u, errors);
+    let w = disturbance::disturbance(&space("w", "state", &member.states, member), &given.w, errors);
+    let measurement_error = disturbance::measurement_error(&given.measurement_error, member, errors);
+    let loads = loads::loads(given, member, errors);
     let weights = tuning::weights(given, member, gamma, spec, errors);
     let gains = weights.as_ref().and_then(|weights| tuning::gains(given, member, weights, errors));
     let cover = X.as_ref().and_then(|X| tuning::cover(&given.cover, member, &model.C, X, errors));
@@ -284,6 +320,9 @@ fn subsystem(
         coupling_outputs,
         X: X?,
         U: U?,
+        w: w?,
+        measurement_error: measurement_error?,
+        loads: loads?,
         Q: weights.Q,
         R: weights.R,
         T: weights.T,
@@ -332,6 +371,9 @@ impl SubsystemPlaces {
             C: place(&given.C).or_else(|| whole(|collective| &collective.C)),
             X: given.x.as_ref().map(|bounds| bounds.place.clone()),
             U: given.u.as_ref().map(|bounds| bounds.place.clone()),
+            w: given.w.as_ref().map(|bounds| bounds.place.clone()),
+            measurement_error: given.measurement_error.as_ref().map(spec::PerSignal::place),
+            loads: given.d.as_ref().map(|bounds| bounds.place.clone()),
             K: place(&given.K),
             calK: place(&given.Kx),
             weights: given.gain_weights.place.clone(),
@@ -360,6 +402,10 @@ impl Subsystem {
     /// p_i.
     pub fn p(&self) -> usize {
         self.C.nrows()
+    }
+    /// Whether anything acts on it, or on what is measured of it, besides inputs and neighbours.
+    pub fn is_disturbed(&self) -> bool {
+        self.w.is_some() || self.measurement_error.amax() > 0.0 || !self.loads.is_empty()
     }
     /// Number of coupling outputs.
     pub fn nz(&self) -> usize {

@@ -10,6 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::gains::{Gains, SubsystemGains};
 use crate::network::{Network, Subsystem};
+use crate::sets::noise_support;
 use crate::sizing::{Sizing, SubsystemSizing};
 use condense::Condensed;
 pub use reference::ReferenceProblem;
@@ -40,6 +41,9 @@ pub struct DpcProblem {
     /// Limits of the scaled rows; an absent side is infinite.
     pub lower: DVector<f64>,
     pub upper: DVector<f64>,
+    /// How far the measurement error moves each tube row: h_V of (35a'), scaled as the row; zero where states are measured
+    /// exactly.
+    pub noise: DVector<f64>,
     /// What each row is; tube rows first, then state rows, input rows, and rows without offset.
     pub rows: Vec<Row>,
     /// Facets (one-sided inequalities) before and after pruning.
@@ -99,6 +103,7 @@ impl DpcProblem {
             V: DMatrix::zeros(condensed.rows.len(), T.ncols()),
             lower: DVector::zeros(condensed.rows.len()),
             upper: DVector::zeros(condensed.rows.len()),
+            noise: DVector::zeros(sized.E.q.len()),
             rows: Vec::new(),
             facets_before,
             facets_after,
@@ -109,6 +114,7 @@ impl DpcProblem {
         for (r, row) in condensed.rows.into_iter().enumerate() {
             problem.scale(r, row);
         }
+        problem.noise.copy_from(&problem.tube_noise(s));
         if problem.is_finite() { Ok(problem) } else { Err(not_finite(s)) }
     }
 
@@ -120,6 +126,13 @@ impl DpcProblem {
         self.lower[r] = row.lower / size;
         self.upper[r] = row.upper / size;
         self.rows.push(Row { kind: row.kind, name: row.name(), offset: row.offset / size });
+    }
+
+    /// Rounded up by more than the scaling of the rows rounds.
+    fn tube_noise(&self, s: &Subsystem) -> DVector<f64> {
+        let rows = self.rows.iter().filter(|row| row.kind == RowKind::Tube);
+        let rows: Vec<_> = rows.map(|row| row.offset.transpose()).collect();
+        noise_support(&DMatrix::from_rows(&rows), s) * (1.0 + 1e-12)
     }
 
     fn is_finite(&self) -> bool {

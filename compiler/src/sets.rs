@@ -2,17 +2,21 @@
 //! Delta^chi, and the small gain.
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
+pub mod exogenous;
+pub mod loads;
+
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::convex::{Invariant, Polytope, PowerSum, multiplier, multipliers, rpi_on_normals};
+use crate::convex::{Invariant, Polytope, PowerSum, multiplier, multipliers, rpi_at_least};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::gains::{Gains, SubsystemGains};
 use crate::network::{Network, Subsystem};
 use crate::optim::lyapunov::{Contraction, spectral_radius};
 use crate::optim::modes::modal_normals;
 use crate::optim::rounding::sum_upper;
+pub use exogenous::{Exogenous, least_offsets, noise_support, noise_through_gain};
 
 /// After this point: on the normals of each E_i a robustly positively invariant set exists, on those of each Sigma_i
 /// a positively invariant one, both with their multipliers; the small-gain matrix has a spectral radius below 1 and
@@ -30,6 +34,8 @@ pub struct Sets {
     pub z_offset: Vec<usize>,
     /// Per coupling constraint and member j: support of Delta_j^chi in direction `H_h^[j] [C_j 0]`, per unit of epsilon.
     pub coupling: Vec<BTreeMap<usize, f64>>,
+    /// Per coupling constraint: what transients of the loads take of it.
+    pub coupling_loads: Vec<f64>,
 }
 
 #[derive(Debug)]
@@ -40,6 +46,8 @@ pub struct SubsystemSets {
     pub terminal: Shape,
     /// |w_k| <= floor_k: the part of W_i that stands for finite arithmetic; see [`FLOOR`].
     pub floor: DVector<f64>,
+    /// The rest of W_i that no neighbour has a part in.
+    pub exogenous: Exogenous,
     /// Natural size of each state, coupling output and output: where caps and smallest sizes are taken from.
     pub scales: Scales,
     /// The rows of X_i and of U_i, as seen by the references.
@@ -89,6 +97,8 @@ pub struct ReferenceShare {
     pub steady_error: f64,
     /// Bound of the row on the transient of a start that drifts by the floor in every state of the network.
     pub drift: f64,
+    /// Upper bound of the loads' share in the row; see [`loads`].
+    pub load: f64,
 }
 
 /// W_i = E_i S_i is usually flat and may be {0}; real arithmetic is neither. Every W_i therefore contains a box of
@@ -115,10 +125,12 @@ impl Sets {
             let (s, g) = (&network.subsystems[i], &gains.subsystems[i]);
             let terminal = terminal(s, g, network.wishes.facet_loss)?;
             let (x_rows, u_rows) = references.shares(i, s, g);
-            subsystems.push(SubsystemSets { tube, terminal, floor: floor(s), scales: Scales::new(s), x_rows, u_rows });
+            let (exogenous, scales) = (Exogenous::new(s, g, network.horizon), Scales::new(s));
+            subsystems.push(SubsystemSets { tube, terminal, floor: floor(s), exogenous, scales, x_rows, u_rows });
         }
         let coupling = references.coupling(network);
-        Ok(Self { subsystems, small_gain, rho_small_gain, rho_on_normals, z_offset, coupling })
+        let coupling_loads = references.coupling_loads(network);
+        Ok(Self { subsystems, small_gain, rho_small_gain, rho_on_normals, z_offset, coupling, coupling_loads })
     }
 }
 
@@ -251,7 +263,8 @@ fn tubes(
         let mut shapes = Vec::new();
         for (i, s) in network.subsystems.iter().enumerate() {
             let g = &gains.subsystems[i];
-            let r = |P: &DMatrix<f64>| disturbance(P, s, zeta, z_offset);
+            let exogenous = Exogenous::new(s, g, network.horizon);
+            let r = |P: &DMatrix<f64>| (disturbance(P, s, zeta, z_offset) + exogenous.support(P), least_offsets(P, s));
             let made = shape(s, g, fewest, network.wishes.facet_loss, r);
             shapes.push(made.ok_or_else(|| no_invariant_set(s, g, "E_i"))?);
         }
@@ -297,7 +310,8 @@ fn loop_matrix(network: &Network, gains: &Gains, shapes: &[Shape], z_offset: &[u
 /// Sigma_i's normals: positively invariant at the size that a disturbance as large as the state's range would need.
 fn terminal(s: &Subsystem, g: &SubsystemGains, loss: f64) -> Result<Shape, Diagnostics> {
     let scale = state_scale(s);
-    shape(s, g, 0, loss, |P| floor_support(P, &scale)).ok_or_else(|| no_invariant_set(s, g, "Sigma_i").into())
+    shape(s, g, 0, loss, |P| (floor_support(P, &scale), DVector::zeros(P.nrows())))
+        .ok_or_else(|| no_invariant_set(s, g, "Sigma_i").into())
 }
 
 /// Normals on which an invariant set exists: the needed directions, then times powers of F_ii, then with the modes of
@@ -309,7 +323,7 @@ fn shape(
     g: &SubsystemGains,
     fewest: usize,
     loss: f64,
-    r: impl Fn(&DMatrix<f64>) -> DVector<f64>,
+    r: impl Fn(&DMatrix<f64>) -> Demand,
 ) -> Option<Shape> {
     let scale = state_scale(s);
     let to_scaled = DMatrix::from_diagonal(&scale);
@@ -319,7 +333,7 @@ fn shape(
     let r_scaled = |P: &DMatrix<f64>| r(&(P * &from_scaled));
     let found = scaled_shape(&needed, &F, fewest, loss, &r_scaled)?;
     let normals = unit_rows(found.normals * from_scaled);
-    let set = rpi_on_normals(&normals, &g.F, &r(&normals))?;
+    let set = invariant(&normals, &g.F, &r)?;
     Some(Shape { normals, set })
 }
 
@@ -328,12 +342,12 @@ fn scaled_shape(
     F: &DMatrix<f64>,
     fewest: usize,
     loss: f64,
-    r: &impl Fn(&DMatrix<f64>) -> DVector<f64>,
+    r: &impl Fn(&DMatrix<f64>) -> Demand,
 ) -> Option<Shape> {
     let by_powers = (fewest..=fewest + MOST_POWERS).map(|powers| normals(needed, F, powers));
     let by_modes = std::iter::once_with(|| normals(&stack(&[needed, &modal_normals(F)]), F, 0));
     by_powers.chain(by_modes).find_map(|P| {
-        let set = rpi_on_normals(&P, F, &r(&P))?;
+        let set = invariant(&P, F, r)?;
         Some(fewer_facets(Shape { normals: P, set }, needed, F, loss, r))
     })
 }
@@ -341,6 +355,14 @@ fn scaled_shape(
 fn unit_rows(mut rows: DMatrix<f64>) -> DMatrix<f64> {
     rows.row_iter_mut().for_each(|mut row| row /= row.norm());
     rows
+}
+
+/// What a set on given normals must take: the support of its disturbance, and its least offsets.
+type Demand = (DVector<f64>, DVector<f64>);
+
+fn invariant(P: &DMatrix<f64>, F: &DMatrix<f64>, r: &impl Fn(&DMatrix<f64>) -> Demand) -> Option<Invariant> {
+    let (support, least) = r(P);
+    rpi_at_least(P, F, &support, &least)
 }
 
 const MOST_POWERS: usize = 8;
@@ -399,7 +421,7 @@ fn fewer_facets(
     needed: &DMatrix<f64>,
     F: &DMatrix<f64>,
     loss: f64,
-    r: &impl Fn(&DMatrix<f64>) -> DVector<f64>,
+    r: &impl Fn(&DMatrix<f64>) -> Demand,
 ) -> Shape {
     let Some(limit) = supports(&shape.normals, &shape.set.q, needed).map(|s| s * (1.0 + loss)) else { return shape };
     for k in (0..shape.normals.nrows()).rev() {
@@ -407,7 +429,7 @@ fn fewer_facets(
         if normals.nrows() < normals.ncols() || rank(&normals) < normals.ncols() {
             continue;
         }
-        let Some(set) = rpi_on_normals(&normals, F, &r(&normals)) else { continue };
+        let Some(set) = invariant(&normals, F, r) else { continue };
         let good =
             supports(&normals, &set.q, needed).is_some_and(|support| support.iter().zip(&limit).all(|(s, l)| s <= l));
         if good {
@@ -438,6 +460,7 @@ struct References {
     /// Per column of `steady`, its error in the norm of `contraction`.
     steady_error: Vec<f64>,
     sum: PowerSum,
+    loads: Option<loads::Response>,
     /// Bound of |(I - calF)^-1 w|_P over the floor boxes w of all states.
     drift: f64,
     contraction: Contraction,
@@ -449,16 +472,9 @@ impl References {
     fn new(network: &Network, gains: &Gains) -> Result<Self, Diagnostics> {
         let steady = gains.steady().ok_or_else(|| no_steady_state(network))?;
         let size = gains.calF.nrows();
-        let (abs_F, abs_steady) = (gains.calF.abs(), steady.abs());
         let geometric = 1.0 / (1.0 - gains.contraction.lambda);
-        // What double precision may have done to an entry of the products below.
-        let blur = (&abs_F * &abs_steady + &abs_steady + &gains.calG) * (4.0 * (size + 4) as f64 * f64::EPSILON);
-        let blurred = |matrix: &DMatrix<f64>, j: usize| {
-            let column = matrix.column(j).into_owned();
-            gains.contraction.norm(&column) + gains.contraction.norm_of_box(&blur.column(j).into_owned())
-        };
-        let defect = &steady - &gains.calF * &steady - &gains.calG;
-        let steady_error: Vec<f64> = (0..steady.ncols()).map(|j| blurred(&defect, j) * geometric).collect();
+        let blur = blur(gains, &steady, &gains.calG);
+        let steady_error = steady_error(gains, &steady, &gains.calG);
         let W = -(&gains.calF * &steady);
         // W = -F (I - F)^-1 G: what F does to the error of `steady` is smaller still in a norm that F contracts.
         let rounded = |j: usize| gains.contraction.norm_of_box(&blur.column(j).into_owned());
@@ -468,7 +484,8 @@ impl References {
             PowerSum::new(gains.calF.clone(), W, blocks, network.reference.norm, gains.contraction.clone(), &error);
         let contraction = gains.contraction.clone();
         let drift = contraction.norm_of_box(&collective_floor(network, gains)) * geometric;
-        Ok(Self { steady, steady_error, sum, drift, contraction, chi_offset: gains.chi_offset.clone(), size })
+        let loads = loads::Response::new(network, gains).ok_or_else(|| no_steady_state(network))?;
+        Ok(Self { steady, steady_error, sum, loads, drift, contraction, chi_offset: gains.chi_offset.clone(), size })
     }
 
     /// The rows of X_i on xref and of U_i on uref = calK chi.
@@ -476,13 +493,17 @@ impl References {
         (self.rows(i, &s.X.H), self.rows(i, &(&s.U.H * g.calK())))
     }
 
-    /// Delta^chi is symmetric: an opposite row takes the same of it.
+    /// Delta^chi is symmetric: an opposite row takes the same of it. The bounds of the loads need not be.
     fn rows(&self, i: usize, rows: &DMatrix<f64>) -> Vec<ReferenceShare> {
         let mut shares: Vec<ReferenceShare> = Vec::new();
         for (r, row) in rows.row_iter().enumerate() {
             let opposite = (0..r).find(|&other| rows.row(other) == -row);
             shares.push(match opposite {
-                Some(other) => ReferenceShare { steady: -&shares[other].steady, ..shares[other].clone() },
+                Some(other) => ReferenceShare {
+                    steady: -&shares[other].steady,
+                    load: self.load(&self.direction(i, row.iter().copied())),
+                    ..shares[other].clone()
+                },
                 None => self.share(i, row.iter().copied()),
             });
         }
@@ -498,7 +519,12 @@ impl References {
             steady: self.steady.tr_mul(&d),
             steady_error: self.contraction.dual_norm(&d) * worst + rounding,
             drift: self.contraction.dual_norm(&d) * self.drift,
+            load: self.load(&d),
         }
+    }
+
+    fn load(&self, d: &DVector<f64>) -> f64 {
+        self.loads.as_ref().map_or(0.0, |loads| loads.share(d, self.contraction.dual_norm(d)))
     }
 
     /// A row over chi_i as a row over the collective chi; entries past the given ones are zero.
@@ -510,6 +536,15 @@ impl References {
         d
     }
 
+    fn coupling_loads(&self, network: &Network) -> Vec<f64> {
+        let Some(loads) = &self.loads else { return vec![0.0; network.coupling_constraints.len()] };
+        let taken = |j: usize, H: &DVector<f64>| {
+            loads.transient(&self.direction(j, network.subsystems[j].C.tr_mul(H).iter().copied()))
+        };
+        let constraints = network.coupling_constraints.iter();
+        constraints.map(|c| sum_upper(c.H.iter().map(|(&j, H)| taken(j, H)))).collect()
+    }
+
     fn coupling(&self, network: &Network) -> Vec<BTreeMap<usize, f64>> {
         let rate = |j: usize, H: &DVector<f64>| {
             let row = network.subsystems[j].C.tr_mul(H);
@@ -518,6 +553,24 @@ impl References {
         let constraints = network.coupling_constraints.iter();
         constraints.map(|c| c.H.iter().map(|(&j, H)| (j, rate(j, H))).collect()).collect()
     }
+}
+
+/// What double precision may have done to an entry of (I - calF) `steady` - G.
+fn blur(gains: &Gains, steady: &DMatrix<f64>, G: &DMatrix<f64>) -> DMatrix<f64> {
+    let (abs_F, abs_steady) = (gains.calF.abs(), steady.abs());
+    (&abs_F * &abs_steady + &abs_steady + G.abs()) * (4.0 * (steady.nrows() + 4) as f64 * f64::EPSILON)
+}
+
+/// Per column of `steady`, a bound of its distance from (I - calF)^-1 G in the norm of the contraction.
+fn steady_error(gains: &Gains, steady: &DMatrix<f64>, G: &DMatrix<f64>) -> Vec<f64> {
+    let blur = blur(gains, steady, G);
+    let geometric = 1.0 / (1.0 - gains.contraction.lambda);
+    let blurred = |matrix: &DMatrix<f64>, j: usize| {
+        let column = matrix.column(j).into_owned();
+        gains.contraction.norm(&column) + gains.contraction.norm_of_box(&blur.column(j).into_owned())
+    };
+    let defect = steady - &gains.calF * steady - G;
+    (0..steady.ncols()).map(|j| blurred(&defect, j) * geometric).collect()
 }
 
 fn no_steady_state(network: &Network) -> Diagnostic {

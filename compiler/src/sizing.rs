@@ -14,17 +14,17 @@ mod verify;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::convex::{Box, Invariant, Multiplier, Polytope, Strips, multipliers, rpi_on_normals};
+use crate::convex::{Box, Invariant, Multiplier, Polytope, Strips, multipliers, rpi_at_least};
 use crate::diagnostic::Diagnostics;
 use crate::gains::Gains;
 use crate::network::Network;
 use crate::optim::conic::Answer;
-use crate::sets::{Sets, closed_loop_z, floor_support, import_gain};
+use crate::sets::{Sets, closed_loop_z, floor_support, import_gain, least_offsets, noise_through_gain};
 pub use program::CAP;
 use program::{Asks, Goal, Program};
 
-/// After this point: (21), (22), (25a), (25b), (26) hold with the recorded slack, which is never negative, and no
-/// set is empty.
+/// After this point: (21), (22), (25a), (25b), (26), and (35a') where measurements err, hold with the recorded slack, which
+/// is never negative, and no set is empty.
 #[derive(Debug)]
 pub struct Sizing {
     /// Radius of the ball in (6).
@@ -112,8 +112,8 @@ struct Context<'a> {
 
 impl Sizing {
     /// # Errors
-    /// E0401 epsilon leaves no room for any set-point, E0402 the wanted reserve, E0403 the set-points to cover are
-    /// out of reach (each with the largest value that is not), E0404 the program could not be solved, E0405 an
+    /// E0406 disturbances and measurement errors, E0401 epsilon leave no room for any set-point, E0402 the wanted reserve,
+    /// E0403 the set-points to cover are out of reach (each with the largest value that is not), E0404 the program could not be solved, E0405 an
     /// inclusion does not survive rounding.
     pub fn new(network: &Network, gains: &Gains, sets: &Sets) -> Result<Self, Diagnostics> {
         let context = Context { network, gains, sets };
@@ -124,6 +124,12 @@ impl Sizing {
         sizing.trade = trade(&context, &program, &sizing);
         Ok(sizing)
     }
+}
+
+/// D_zi K_i V in z_i, and K_i V in the rows of U_i: (21'), (22') of [`crate::sets::exogenous`].
+struct Noise {
+    z: DVector<f64>,
+    u: DVector<f64>,
 }
 
 const ROUNDS: usize = 6;
@@ -156,13 +162,18 @@ impl Context<'_> {
             let program = Program::new(self, proofs.clone(), &Asks::default());
             match program.solve() {
                 Answer::Point(point) => return Ok((program, point)),
-                answer => match self.towards(Goal::All, &proofs) {
+                answer => match self.towards(Goal::All, &proofs).or_else(|| self.less_disturbed(&proofs)) {
                     Some(better) => proofs = better,
                     None => return Err(diagnose::no_point(self, proofs, answer)),
                 },
             }
         }
         Err(diagnose::no_point(self, proofs, Answer::Infeasible))
+    }
+
+    /// Multipliers at the largest share of the disturbances that leaves any set-point.
+    fn less_disturbed(&self, proofs: &[Proofs]) -> Option<Vec<Proofs>> {
+        self.network.is_disturbed().then(|| self.towards(Goal::Disturbance, proofs)).flatten()
     }
 
     /// Multipliers at the optimum of a goal; `None` where there is none.
@@ -197,7 +208,8 @@ impl Context<'_> {
         (0..self.network.subsystems.len())
             .map(|i| {
                 let (sets, F) = (&self.sets.subsystems[i], &self.gains.subsystems[i].F);
-                let tube = rpi_on_normals(&sets.tube.normals, F, &self.W(program, point, i))?;
+                let least = least_offsets(&sets.tube.normals, &self.network.subsystems[i]);
+                let tube = rpi_at_least(&sets.tube.normals, F, &self.W(program, point, i), &least)?;
                 let sigma = program.sigma(point, i);
                 let P = &sets.terminal.normals;
                 let Lambda = multipliers(P, &sigma, &(P * F))?;
@@ -209,11 +221,17 @@ impl Context<'_> {
     /// Support of W_i in the normals of E_i at a point of the program.
     fn W(&self, program: &Program, point: &[f64], i: usize) -> DVector<f64> {
         let (s, sets) = (&self.network.subsystems[i], &self.sets.subsystems[i]);
-        let mut support = floor_support(&sets.tube.normals, &sets.floor);
+        let mut support = floor_support(&sets.tube.normals, &sets.floor) + sets.exogenous.support(&sets.tube.normals);
         for &j in s.L.keys() {
             support += import_gain(&sets.tube.normals, s, j) * program.zeta(point, j);
         }
         support
+    }
+
+    /// What the measurement error adds to the coupling outputs and to the rows of U_i, besides its part in W_i.
+    fn noise(&self, i: usize) -> Noise {
+        let (s, g) = (&self.network.subsystems[i], &self.gains.subsystems[i]);
+        Noise { z: noise_through_gain(&s.Dz, s, g), u: noise_through_gain(&s.U.H, s, g) }
     }
 
     fn proofs(&self, i: usize, tube: &Invariant, terminal: &Invariant) -> Option<Proofs> {

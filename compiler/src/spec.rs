@@ -94,6 +94,16 @@ pub struct Subsystem {
     pub Dz: Option<Matrix>,
     pub x: Option<Bounds>,
     pub u: Option<Bounds>,
+    /// What is added to x+ and not known, beyond its bounds.
+    pub w: Option<Bounds>,
+    /// Largest error of each measured state: `max` of `measurement-error`.
+    pub measurement_error: Option<PerSignal>,
+    /// What is added to x+ and measured: M d.
+    pub loads: Option<Signals>,
+    pub M: Option<Matrix>,
+    pub d: Option<Bounds>,
+    /// Largest change of each load per step.
+    pub d_rate: Option<PerSignal>,
     pub Q: Option<Weight>,
     pub R: Option<Weight>,
     pub T: Option<Weight>,

@@ -1,6 +1,7 @@
 //! One subsystem's controller: the step, and the order of things in it.
 
 use crate::linear::{add, clip, dot, finite, subtract, times};
+use crate::load::Load;
 use crate::message::{Delivery, Inbox, Message};
 use crate::problem::Plan;
 use crate::reference::ReferenceLayer;
@@ -46,6 +47,14 @@ pub struct Controller<
     candidate: Planned<NX, NU, N, NV>,
     /// This period's plan. The candidate stays beside it, because the period may be planned again.
     present: Present<NX, NU, N, NV>,
+    /// How far the measurement may move each tube row; `None`: states are measured exactly.
+    noise: Option<&'a [f64; NT]>,
+    /// Whether the true state is known to lie within E_i of this period's plan: the step was feasible.
+    certified: bool,
+    /// The same of the candidate, for the next state.
+    forecast: bool,
+    /// What the loads add to the newest reference state.
+    push: [f64; NX],
     max_iterations: usize,
     degraded: bool,
 }
@@ -163,11 +172,27 @@ impl<
             trajectory,
             candidate: Planned::REST,
             present: Present::Candidate,
+            noise: None,
+            certified: false,
+            forecast: false,
+            push: [0.0; NX],
             max_iterations: tables.problem.max_iterations,
             degraded: false,
         };
         let message = controller.message(-1);
         Ok((controller, message))
+    }
+
+    /// The same controller where measured loads add `load` to the steady state's next state: what [`Loads::start`](crate::Loads)
+    /// gives.
+    pub fn under(self, load: &Load<NX>) -> Self {
+        Self { push: load.push, ..self }
+    }
+
+    /// The same controller for states that are measured with an error which moves tube row r by up to `noise[r]`: the
+    /// support of the error's set in that row. Emitted files of such subsystems call it.
+    pub fn with_measurement_error(self, noise: &'a [f64; NT]) -> Self {
+        Self { noise: Some(noise), ..self }
     }
 
     /// One period: from the measured state x_t, the set-point and the neighbours' messages of step t - 1 to the input u_t
@@ -178,8 +203,19 @@ impl<
         set_point: &[f64; NY],
         inbox: &mut Inbox<NI, NJ, NB>,
     ) -> Step<NX, NU, NY, NZ, NB> {
+        self.step_under(x, set_point, &Load::NONE, inbox)
+    }
+
+    /// [`Self::step`] of a subsystem with measured loads: `load` is what they mean at this step.
+    pub fn step_under(
+        &mut self,
+        x: &[f64; NX],
+        set_point: &[f64; NY],
+        load: &Load<NX>,
+        inbox: &mut Inbox<NI, NJ, NB>,
+    ) -> Step<NX, NU, NY, NZ, NB> {
         let Input { input, control, telemetry } = self.input(x);
-        let Outlook { message, references, deliveries } = self.references(set_point, inbox);
+        let Outlook { message, references, deliveries } = self.references_under(set_point, load, inbox);
         let status = Status { control, references, deliveries, degraded: self.degraded };
         Step { input, message, status, telemetry }
     }
@@ -198,6 +234,7 @@ impl<
             self.present = Present::Candidate;
             input = add(&reference.u, &self.plan().now());
         }
+        self.certified = control.is_admissible();
         // An admissible input is inside up to rounding, which this removes.
         self.confine(&mut input);
         let plan = self.plan();
@@ -213,12 +250,24 @@ impl<
 
     /// The references at t + N from the neighbours' at t + N - 1; ends the period.
     pub fn references(&mut self, set_point: &[f64; NY], inbox: &mut Inbox<NI, NJ, NB>) -> Outlook<NY, NZ, NB> {
+        self.references_under(set_point, &Load::NONE, inbox)
+    }
+
+    /// [`Self::references`] of a subsystem with measured loads.
+    pub fn references_under(
+        &mut self,
+        set_point: &[f64; NY],
+        load: &Load<NX>,
+        inbox: &mut Inbox<NI, NJ, NB>,
+    ) -> Outlook<NY, NZ, NB> {
         let imports = inbox.collect(self.step.wrapping_sub(1));
         let heard = imports.deliveries.iter().all(|delivery| *delivery == Delivery::InSequence);
         let (y, references) = self.next_output(set_point, &imports.y, heard);
         let references = if heard && self.departs(&imports.z) { References::NotSteady } else { references };
         self.degraded |= !heard || !references.are_admissible();
-        self.trajectory.advance(&self.tables.model, y, &imports.z);
+        self.trajectory.advance(&self.tables.model, y, &imports.z, &load.push);
+        self.push = load.push;
+        self.certified &= load.within;
         self.shift();
         let message = self.message(self.step);
         self.step = self.step.wrapping_add(1);
@@ -248,7 +297,11 @@ impl<
     /// Solves the i-DPC problem and plans its solution, or leaves the candidate in its place and says why.
     fn control(&mut self, e: &[f64; NX]) -> Control {
         let problem = &self.tables.problem;
-        let instance = problem.at(e, &self.trajectory.x, &self.trajectory.u);
+        let mut instance = problem.at(e, &self.trajectory.x, &self.trajectory.u);
+        if let Some(noise) = self.noise {
+            let forecast = self.forecast.then_some(&self.candidate.plan.dx);
+            problem.doubt(&mut instance, noise, e, forecast);
+        }
         if instance.rests() {
             self.present = Present::Rest;
             return Control::AtReference;
@@ -279,6 +332,7 @@ impl<
             }
         }
         self.present = Present::Candidate;
+        self.forecast = self.certified;
     }
 
     /// This period's plan.
@@ -326,7 +380,7 @@ impl<
     /// Whether this is the first step and the start does not stay where it is under the neighbours' starts: then chi_0 is not
     /// chi_ss, and (7a) does not hold over the first window.
     fn departs(&self, z: &[f64; NI]) -> bool {
-        self.step == 0 && !self.trajectory.stays(&self.tables.model, z)
+        self.step == 0 && !self.trajectory.stays(&self.tables.model, z, &self.push)
     }
 
     fn message(&self, step: i64) -> Message<NY, NZ> {

@@ -68,6 +68,21 @@
 //! with a step comes back when every subsystem is feasible again. Each status is what one subsystem can see; the guarantee
 //! is the network's and holds where all of them say so ([`Status::is_guaranteed`]).
 //!
+//! # What is measured with an error
+//! Where the file states a measurement error, the emitted `start` calls [`Controller::with_measurement_error`], and x_t above is
+//! the true state plus that error. The tube rows (35a) are then replaced by those of [`problem`]'s
+//! [`doubt`](tables::DpcProblem::doubt), which keep the *true* deviation x - xhat in E_i; constraints, statuses and the guarantee
+//! are about the true state. The step after an infeasible one, and the first, rest on the measurement alone.
+//!
+//! # Measured disturbances
+//! Where the file states loads, an emitted file has a `LOADS` value and its `start` gives a [`Loads`] beside the controller:
+//!
+//! ```text
+//! let load = loads.admit(&measured_loads);
+//! let step = controller.step_under(&measured, &set_point, &load, &mut inbox);
+//! if !load.within || !step.status.is_guaranteed() { report() }
+//! ```
+//!
 //! # Symbols
 //! Tilde is `_ref` (reference), hat is `_nom` (nominal); indices i are dropped.
 //!
@@ -97,6 +112,7 @@
 mod controller;
 mod factor;
 mod linear;
+mod load;
 mod message;
 pub mod problem;
 pub mod reference;
@@ -108,6 +124,7 @@ mod trajectory;
 mod version;
 
 pub use controller::{Controller, Input, Outlook, Step, Telemetry};
+pub use load::{Load, Loads};
 pub use message::{Delivery, Inbox, Message, Refused};
 pub use reference::ReferenceLayer;
 pub use start::{StartError, SteadyState};

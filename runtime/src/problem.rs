@@ -1,15 +1,18 @@
 //! The i-DPC problem (33)-(36) for the parameters of one step.
 
-use crate::linear::{add, dot, finite, largest, shift_in, times};
+use crate::linear::{add, dot, finite, largest, shift_in, subtract, times};
 use crate::solver::{Row, Rows};
 use crate::tables::{DpcProblem, Model, StageRow};
+
+/// A forecast is refuted by more than rounding.
+const CREDIBLE: f64 = 1.0 + 1e-9;
 
 /// [`DpcProblem`] with the offsets of its rows for one measured state and one reference trajectory.
 #[derive(Debug)]
 pub struct Instance<'a, const NV: usize, const NR: usize> {
     normals: &'a [[f64; NV]; NR],
-    lower: &'a [f64; NR],
-    upper: &'a [f64; NR],
+    lower: [f64; NR],
+    upper: [f64; NR],
     offset: [f64; NR],
 }
 
@@ -44,7 +47,41 @@ impl<
         }
         stage_offsets(&self.state, x_ref, &mut places);
         stage_offsets(&self.input, u_ref, &mut places);
-        Instance { normals: &self.V, lower: &self.lower, upper: &self.upper, offset }
+        Instance { normals: &self.V, lower: self.lower, upper: self.upper, offset }
+    }
+
+    /// The same problem where `e` is measured with an error that moves tube row r by up to `noise[r]`: rows (35a) give
+    /// way to
+    ///
+    /// ```text
+    /// min(-(q - noise), i) <= tube . (e - dx_0) <= max(q - noise, i),      i = tube . (e - forecast),
+    /// ```
+    ///
+    /// which says that the true deviation lies in E_i, by the measurement or by the forecast dx of this step, whose own
+    /// deviation is known to lie there. `None` where it is not known; a forecast that the measurement refutes, |i| > q +
+    /// noise, is not used either.
+    pub fn doubt(
+        &self,
+        instance: &mut Instance<'_, NV, NR>,
+        noise: &[f64; NT],
+        e: &[f64; NX],
+        forecast: Option<&[f64; NX]>,
+    ) {
+        let innovation = forecast.map(|dx| {
+            let apart = subtract(e, dx);
+            self.tube.each_ref().map(|row| dot(row, &apart))
+        });
+        let credible = |innovation: &[f64; NT]| {
+            let rows = innovation.iter().zip(noise).zip(&self.upper);
+            rows.fold(true, |credible, ((i, noise), q)| credible & (i.abs() <= (q + noise) * CREDIBLE))
+        };
+        let innovation = innovation.filter(credible).unwrap_or([0.0; NT]);
+        let limits = instance.lower.iter_mut().zip(instance.upper.iter_mut());
+        for ((lower, upper), (noise, i)) in limits.zip(noise.iter().zip(&innovation)) {
+            let room = (*upper - noise).max(0.0);
+            *lower = i.min(-room);
+            *upper = i.max(room);
+        }
     }
 
     /// v = T w, taken apart into (dx_0, du_0, ..., du_{N-1}).
@@ -78,7 +115,7 @@ impl<
 impl<const NV: usize, const NR: usize> Instance<'_, NV, NR> {
     /// Whether w = 0 satisfies every row, and therefore is optimal: xhat = xref and uhat = uref.
     pub fn rests(&self) -> bool {
-        let rows = self.offset.iter().zip(self.lower).zip(self.upper);
+        let rows = self.offset.iter().zip(&self.lower).zip(&self.upper);
         // Without a branch per row the comparisons are done several at a time.
         rows.fold(true, |rests, ((offset, lower), upper)| rests & (lower <= offset) & (offset <= upper))
     }
@@ -101,7 +138,7 @@ impl<const NV: usize, const NR: usize> Instance<'_, NV, NR> {
 
 impl<const NV: usize, const NR: usize> Rows<NV> for Instance<'_, NV, NR> {
     fn iter(&self) -> impl Iterator<Item = Row<'_, NV>> {
-        let limits = self.lower.iter().zip(self.upper).zip(&self.offset);
+        let limits = self.lower.iter().zip(&self.upper).zip(&self.offset);
         self.normals.iter().zip(limits).map(|(normal, ((lower, upper), offset))| Row {
             normal,
             lower: lower - offset,
@@ -190,6 +227,21 @@ mod tests {
         {
             assert!((a - b).abs() < 1e-12);
         }
+    }
+
+    /// The tube row is [1 2] with q = 1; the measurement may move it by 0.25.
+    #[test]
+    fn a_measurement_in_doubt_tightens_the_tube_unless_the_forecast_is_known() {
+        let (problem, e, rest) = (problem(), [0.8, 0.0], [[0.0; 2]; 2]);
+        let rests = |forecast: Option<&[f64; 2]>| {
+            let mut instance = problem.at(&e, &rest, &rest);
+            problem.doubt(&mut instance, &[0.25], &e, forecast);
+            (instance.lower[0], instance.upper[0], instance.rests())
+        };
+        assert_eq!(rests(None), (-0.75, 0.75, false));
+        assert_eq!(rests(Some(&[0.0, 0.0])), (-0.75, 0.8, true));
+        assert_eq!(rests(Some(&[2.0, 0.0])), (-1.2, 0.75, false), "1.2 apart, 1.25 are possible");
+        assert_eq!(rests(Some(&[2.1, 0.0])), (-0.75, 0.75, false), "1.3 apart: the forecast is refuted");
     }
 
     #[test]

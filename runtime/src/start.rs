@@ -29,6 +29,11 @@ pub enum StartError {
     },
     /// No sum of errors eref gives this input at this state by (7f). Only possible with more inputs than outputs.
     InputOutOfReach,
+    /// A measured load is not a number, or outside the bounds the design was made for.
+    LoadOutside {
+        /// Which.
+        load: usize,
+    },
 }
 
 /// Largest residual of an input in u = Kx x + Ke eref, relative to the sum of the magnitudes of its terms.
@@ -105,6 +110,7 @@ impl fmt::Display for StartError {
             Self::NotFinite => f.write_str("the steady state is not finite"),
             Self::OutputOutside => f.write_str("the output of the steady state lies outside Y"),
             Self::InputOutside { input } => write!(f, "input {input} of the steady state lies outside its limits"),
+            Self::LoadOutside { load } => write!(f, "load {load} lies outside its bounds"),
             Self::InputOutOfReach => f.write_str("the gain Ke reaches no reference with the steady state's input"),
         }
     }

@@ -154,6 +154,19 @@ pub struct DpcProblem<
     pub max_iterations: usize,
 }
 
+/// Measured disturbances d of one subsystem, M d in (1a): `ND` loads.
+#[derive(Debug, Clone)]
+pub struct LoadModel<const ND: usize, const NX: usize> {
+    /// From the loads to the next states.
+    pub M: [[f64; ND]; NX],
+    /// Bounds, and the largest change per step, that the design was made for.
+    pub min: [f64; ND],
+    pub max: [f64; ND],
+    pub rate: [f64; ND],
+    /// How far a load may be from what the references were given of it N - 1 steps before.
+    pub lag: [f64; ND],
+}
+
 /// Where a neighbour's message goes in the inbox.
 #[derive(Debug, Clone, Copy)]
 pub struct Link<const NYJ: usize, const NZJ: usize> {

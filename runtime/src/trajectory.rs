@@ -40,25 +40,32 @@ impl<const NX: usize, const NU: usize, const NY: usize, const N: usize> Trajecto
         Point { x: or_zero(self.x.last()), u: or_zero(self.u.last()), y: or_zero(self.y.last()) }
     }
 
-    /// Goes on by one step: appends t + N by (7), drops t. `y` is yref_{t+N}, `z` what is imported at t + N - 1.
+    /// Goes on by one step: appends t + N by (7), drops t. `y` is yref_{t+N}, `z` what is imported at t + N - 1, `push` what
+    /// loads add to the state then.
     pub fn advance<const NZ: usize, const NI: usize>(
         &mut self,
         model: &Model<NX, NU, NY, NZ, NI>,
         y: [f64; NY],
         z: &[f64; NI],
+        push: &[f64; NX],
     ) {
         let newest = self.newest();
-        let x = successor(model, &newest, z);
+        let x = add(&successor(model, &newest, z), push);
         self.e = add(&self.e, &subtract(&y, &times(&model.C, &newest.x)));
         shift_in(&mut self.x, x);
         shift_in(&mut self.u, input(model, &x, &self.e));
         shift_in(&mut self.y, y);
     }
 
-    /// Whether every newest state stays within [`Model::drift`] of where it is when `z` is imported.
-    pub fn stays<const NZ: usize, const NI: usize>(&self, model: &Model<NX, NU, NY, NZ, NI>, z: &[f64; NI]) -> bool {
+    /// Whether every newest state stays within [`Model::drift`] of where it is when `z` is imported and loads add `push`.
+    pub fn stays<const NZ: usize, const NI: usize>(
+        &self,
+        model: &Model<NX, NU, NY, NZ, NI>,
+        z: &[f64; NI],
+        push: &[f64; NX],
+    ) -> bool {
         let newest = self.newest();
-        let moved = subtract(&successor(model, &newest, z), &newest.x);
+        let moved = subtract(&add(&successor(model, &newest, z), push), &newest.x);
         moved.iter().zip(&model.drift).all(|(moved, drift)| moved.abs() <= *drift)
     }
 }
@@ -127,13 +134,16 @@ mod tests {
     fn stays_as_far_as_each_state_does_in_its_unit() {
         let model = model();
         let steady = [0.0, 0.3e-3];
-        assert!(start(0.0).stays(&model, &steady));
-        assert!(start(0.009).stays(&model, &steady) && !start(0.011).stays(&model, &steady));
-        assert!(start(0.0).stays(&model, &[-0.009, 0.3e-3 + 0.9e-11]));
+        assert!(start(0.0).stays(&model, &steady, &[0.0; 2]));
+        assert!(start(0.009).stays(&model, &steady, &[0.0; 2]) && !start(0.011).stays(&model, &steady, &[0.0; 2]));
+        assert!(start(0.0).stays(&model, &[-0.009, 0.3e-3 + 0.9e-11], &[0.0; 2]));
         // 1e-17 of the first state's size, and yet too far for the second.
-        assert!(!start(0.0).stays(&model, &[0.0, 0.3e-3 + 1.1e-11]));
-        assert!(!start(0.0).stays(&model, &[0.0, 0.3e-3 - 1.1e-11]));
-        assert!(!start(0.0).stays(&model, &[f64::MAX, f64::NAN]));
+        assert!(!start(0.0).stays(&model, &[0.0, 0.3e-3 + 1.1e-11], &[0.0; 2]));
+        assert!(!start(0.0).stays(&model, &[0.0, 0.3e-3 - 1.1e-11], &[0.0; 2]));
+        assert!(!start(0.0).stays(&model, &[f64::MAX, f64::NAN], &[0.0; 2]));
+        // What loads add counts like what is imported.
+        assert!(start(0.0).stays(&model, &[-7.0, 0.2e-3], &[7.0, 0.1e-3]));
+        assert!(!start(0.0).stays(&model, &steady, &[0.011, 0.0]));
     }
 
     /// (7f) gives the next input from the same eref and the same state: to the last bit the one of the start.
@@ -145,7 +155,7 @@ mod tests {
         let mut trajectory = start(0.1 + 0.2);
         let first = trajectory.clone();
         for _ in 0..3 {
-            trajectory.advance(&model, first.newest().y, &[0.0, 0.0]);
+            trajectory.advance(&model, first.newest().y, &[0.0, 0.0], &[0.0, 0.0]);
         }
         assert_eq!((trajectory.x, trajectory.u, trajectory.e), (first.x, first.u, first.e));
     }

@@ -28,17 +28,22 @@ impl Invariant {
 /// it. Until a choice with a contracting |Lambda| is known, plain fixed-point steps from below are taken. `None`
 /// where these normals admit no such set, or none was found in the step limit.
 pub fn rpi_on_normals(P: &DMatrix<f64>, F: &DMatrix<f64>, r: &DVector<f64>) -> Option<Invariant> {
+    rpi_at_least(P, F, r, &DVector::zeros(r.len()))
+}
+
+/// [`rpi_on_normals`] among the sets with q >= `least`.
+pub fn rpi_at_least(P: &DMatrix<f64>, F: &DMatrix<f64>, r: &DVector<f64>, least: &DVector<f64>) -> Option<Invariant> {
     let PF = P * F;
-    let mut q = r.clone();
+    let mut q = r.sup(least);
     for _ in 0..STEPS {
         let Lambda = multipliers(P, &q, &PF)?;
         let abs = abs_matrix(&Lambda);
-        match fixed_point(&abs, r) {
+        match fixed_point(&abs, r, least) {
             Some(next) if settled(&q, &next) => return Some(Invariant { q: next, Lambda }),
             Some(next) => q = next,
-            None => q = &abs * &q + r,
+            None => q = (&abs * &q + r).sup(least),
         }
-        if !q.amax().is_finite() || q.amax() > 1e9 * r.amax() {
+        if !q.amax().is_finite() || q.amax() > 1e9 * r.amax().max(least.amax()) {
             return None;
         }
     }
@@ -48,13 +53,38 @@ pub fn rpi_on_normals(P: &DMatrix<f64>, F: &DMatrix<f64>, r: &DVector<f64>) -> O
 /// Where no contracting choice of multipliers has shown by then, none does.
 const STEPS: usize = 50;
 
-/// q = |Lambda| q + r where the spectral radius is below 1.
-fn fixed_point(abs: &DMatrix<f64>, r: &DVector<f64>) -> Option<DVector<f64>> {
+/// The least q >= `least` with q >= |Lambda| q + r where the spectral radius is below 1.
+fn fixed_point(abs: &DMatrix<f64>, r: &DVector<f64>, least: &DVector<f64>) -> Option<DVector<f64>> {
     if spectral_radius(abs) >= 1.0 - 1e-9 {
         return None;
     }
-    let q = (DMatrix::identity(abs.nrows(), abs.nrows()) - abs).lu().solve(r)?;
+    let q = least_fixed_point(abs, r, least)?;
     q.iter().zip(r).all(|(q, r)| q.is_finite() && q >= r).then_some(q)
+}
+
+/// The least q with q = max(M q + r, least), M >= 0 of spectral radius below 1; r and `least` not negative. Policy
+/// iteration: which of the two is larger is guessed row by row, a linear system solved, and the guess corrected; q rises
+/// from one guess to the next. `None` where a system is singular or the guesses do not settle.
+pub fn least_fixed_point(M: &DMatrix<f64>, r: &DVector<f64>, least: &DVector<f64>) -> Option<DVector<f64>> {
+    let size = M.nrows();
+    let (mut held, mut system, mut right) = (vec![false; size], DMatrix::identity(size, size) - M, r.clone());
+    for _ in 0..2 * size + 2 {
+        let q = system.clone().lu().solve(&right)?;
+        let rise = M * &q + r;
+        let change: Vec<usize> = (0..size)
+            .filter(|&k| if held[k] { rise[k] > least[k] * (1.0 + 1e-12) } else { q[k] < least[k] && least[k] > 0.0 })
+            .collect();
+        if change.is_empty() {
+            return Some(q);
+        }
+        for k in change {
+            held[k] = !held[k];
+            let row = DMatrix::from_fn(1, size, |_, j| f64::from(j == k) - if held[k] { 0.0 } else { M[(k, j)] });
+            system.row_mut(k).copy_from(&row);
+            right[k] = if held[k] { least[k] } else { r[k] };
+        }
+    }
+    None
 }
 
 fn settled(q: &DVector<f64>, next: &DVector<f64>) -> bool {
@@ -94,6 +124,18 @@ mod tests {
         for (q, expected) in set.q.iter().zip([1.298701, 2.754961, 2.597403, 2.332534]) {
             assert!((q - expected).abs() < 1e-6, "{q} {expected}");
         }
+    }
+
+    #[test]
+    fn least_offsets_raise_no_more_than_they_must() {
+        let P = DMatrix::identity(2, 2);
+        let free = rpi_on_normals(&P, &published(), &unit_box(&P)).unwrap();
+        let least = DVector::from_vec(vec![2.0, 0.5]);
+        let raised = rpi_at_least(&P, &published(), &unit_box(&P), &least).unwrap();
+        assert!((raised.q[0] - 2.0).abs() < 1e-12 && raised.q[1] > free.q[1]);
+        assert!((raised.q[1] - (1.17 * 2.0 + 1.0) / 0.97).abs() < 1e-9, "{}", raised.q[1]);
+        let idle = rpi_at_least(&P, &published(), &unit_box(&P), &free.q.map(|q| 0.9 * q)).unwrap();
+        assert!((idle.q - free.q).amax() < 1e-12);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use proc_macro2::{Literal, TokenStream};
 use quote::{ToTokens, format_ident, quote};
 
+use super::monitors::has_noise;
 use super::names::{code, one_line};
 use super::node::{Neighbour, Node, labelled, labels};
 use crate::design::Design;
@@ -43,7 +44,7 @@ pub fn text(node: &Node, modules: &[String]) -> String {
         formatted(names(node)),
         types(node),
         formatted(links(node, modules)),
-        start().map(|item| formatted(vec![item])).join("\n"),
+        start(node).map(|item| formatted(vec![item])).join("\n"),
     ];
     groups.into_iter().filter(|group| !group.is_empty()).collect::<Vec<_>>().join("\n")
 }
@@ -62,6 +63,7 @@ fn imports(node: &Node) -> Vec<TokenStream> {
     let mut names = vec!["DpcProblem", "Model", "Tables", reference_type(node)];
     names.extend((sizes.nc > 0).then_some("CouplingRow"));
     names.extend((!node.neighbours.is_empty()).then_some("Link"));
+    names.extend((!node.loads().is_empty()).then_some("LoadModel"));
     names.extend((sizes.ns + sizes.nq > 0).then_some("StageRow"));
     names.sort_unstable();
     let names = names.iter().map(|name| format_ident!("{name}"));
@@ -101,7 +103,13 @@ fn sizes(node: &Node) -> Vec<TokenStream> {
         ("NQ", "input rows (35d).", sizes.nq),
         ("NETWORK_NY", "Outputs of the whole network.", node.design.gains.calG.ncols()),
     ];
-    all.map(|(name, doc, value)| constant(name, doc, quote!(usize), Literal::usize_unsuffixed(value))).into()
+    let loads = [
+        ("ND", "Loads: measured disturbances.", node.loads().len()),
+        ("NETWORK_ND", "Loads of the whole network.", node.network_loads()),
+    ];
+    let loads = loads.into_iter().filter(|(_, _, value)| *value > 0);
+    let count = |(name, doc, value)| constant(name, doc, quote!(usize), Literal::usize_unsuffixed(value));
+    all.into_iter().chain(loads).map(count).collect()
 }
 
 fn names(node: &Node) -> Vec<TokenStream> {
@@ -111,14 +119,17 @@ fn names(node: &Node) -> Vec<TokenStream> {
         let size = format_ident!("{size}");
         constant(name, doc, quote!([&str; #size]), quote!([#(#names),*]))
     };
-    vec![
+    let mut names = vec![
         constant("SAMPLE_TIME", "Seconds per step.", quote!(f64), sample_time),
         constant("NAME", "As the user wrote it.", quote!(&str), Literal::string(&model.name)),
         list("STATES", "Names of the states, with units.", "NX", labels(&model.states)),
         list("INPUTS", "Names of the inputs, with units.", "NU", labels(&model.inputs)),
         list("OUTPUTS", "Names of the outputs, with units.", "NY", labels(&model.outputs)),
         list("COUPLING_OUTPUTS", "What the neighbours hear.", "NZ", model.coupling_outputs.clone()),
-    ]
+    ];
+    let loads = labels(&node.loads().signals);
+    names.extend((!loads.is_empty()).then(|| list("LOADS", "Names of the loads, with units.", "ND", loads)));
+    names
 }
 
 fn constant(name: &str, doc: &str, ty: TokenStream, value: impl ToTokens) -> TokenStream {
@@ -142,10 +153,18 @@ fn types(node: &Node) -> String {
          /// What a step gives.\n\
          pub type Step = dpc_runtime::Step<NX, NU, NY, NZ, NB>;\n\
          /// A state and an input to start from.\n\
-         pub type SteadyState = dpc_runtime::SteadyState<NX, NU>;\n",
-        reference_parameters(node)
+         pub type SteadyState = dpc_runtime::SteadyState<NX, NU>;\n{}",
+        reference_parameters(node),
+        if node.loads().is_empty() { "" } else { LOADS }
     )
 }
+
+const LOADS: &str = "\
+/// The measured disturbances of this subsystem.
+pub type Loads = dpc_runtime::Loads<'static, ND, NX, N>;
+/// What they mean for one step.
+pub type Load = dpc_runtime::Load<NX>;
+";
 
 /// Of `dpc_runtime::Tables` and `dpc_runtime::Controller`, after the reference layer.
 const PARAMETERS: &str = "NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ";
@@ -190,24 +209,65 @@ fn option(first: Option<usize>) -> TokenStream {
 }
 
 /// The only functions of the file: the runtime's, with this subsystem's tables.
-fn start() -> [TokenStream; 2] {
-    [
-        quote! {
+fn start(node: &Node) -> [TokenStream; 2] {
+    [steady_state(node), start_at(node)]
+}
+
+fn steady_state(node: &Node) -> TokenStream {
+    if node.network_loads() == 0 {
+        return quote! {
             /// The state and input that this subsystem rests at when the outputs of the whole network rest at
             /// `outputs`, in the order of the columns of [`STEADY_X`].
             pub fn steady_state(outputs: &[f64; NETWORK_NY]) -> SteadyState {
                 let at_rest = |row: &[f64; NETWORK_NY]| row.iter().zip(outputs).map(|(a, y)| a * y).sum();
                 SteadyState { x: STEADY_X.each_ref().map(at_rest), u: STEADY_U.each_ref().map(at_rest) }
             }
-        },
-        quote! {
-            /// A controller whose references rest at `steady`, and its first message to those who hear it.
+        };
+    }
+    quote! {
+        /// The state and input that this subsystem rests at when the outputs of the whole network rest at `outputs` under
+        /// `loads`, in the order of the columns of [`STEADY_X`] and of [`STEADY_X_LOADS`].
+        pub fn steady_state(outputs: &[f64; NETWORK_NY], loads: &[f64; NETWORK_ND]) -> SteadyState {
+            let at_rest = |row: &[f64; NETWORK_NY]| row.iter().zip(outputs).map(|(a, y)| a * y).sum();
+            let under = |row: &[f64; NETWORK_ND]| row.iter().zip(loads).map(|(a, d)| a * d).sum::<f64>();
+            let mut steady = SteadyState { x: STEADY_X.each_ref().map(at_rest), u: STEADY_U.each_ref().map(at_rest) };
+            steady.x.iter_mut().zip(&STEADY_X_LOADS).for_each(|(x, row)| *x += under(row));
+            steady.u.iter_mut().zip(&STEADY_U_LOADS).for_each(|(u, row)| *u += under(row));
+            steady
+        }
+    }
+}
+
+fn start_at(node: &Node) -> TokenStream {
+    let noise = has_noise(node).then(|| quote!(.with_measurement_error(&TUBE_NOISE)));
+    if !node.loads().is_empty() {
+        return quote! {
+            /// A controller whose references rest at `steady` under `loads`, its loads, and its first message to those who
+            /// hear it.
             ///
             /// # Errors
             /// No controller can start there; see [`StartError`].
-            pub fn start(steady: &SteadyState) -> Result<(Controller, Message), StartError> {
-                Controller::start(&TABLES, steady)
+            pub fn start(steady: &SteadyState, loads: &[f64; ND]) -> Result<(Controller, Loads, Message), StartError> {
+                let (loads, load) = Loads::start(&LOAD_MODEL, loads)?;
+                let (controller, message) = Controller::start(&TABLES, steady)?;
+                Ok((controller.under(&load) #noise, loads, message))
             }
+        };
+    }
+    let started = match noise {
+        None => quote! { Controller::start(&TABLES, steady) },
+        Some(noise) => quote! {
+            let (controller, message) = Controller::start(&TABLES, steady)?;
+            Ok((controller #noise, message))
         },
-    ]
+    };
+    quote! {
+        /// A controller whose references rest at `steady`, and its first message to those who hear it.
+        ///
+        /// # Errors
+        /// No controller can start there; see [`StartError`].
+        pub fn start(steady: &SteadyState) -> Result<(Controller, Message), StartError> {
+            #started
+        }
+    }
 }

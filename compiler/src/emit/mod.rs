@@ -49,7 +49,7 @@ pub struct Emitted {
 
 impl Emitted {
     pub fn new(design: &Design) -> Self {
-        let steady = steady_states(design);
+        let steady = Steady::new(design);
         let nodes: Vec<Node> = (0..design.network.subsystems.len()).map(|i| Node::new(design, i)).collect();
         let modules = names::module_names(design.network.subsystems.iter().map(|s| s.name.as_str()));
         let mut files = vec![("mod.rs".to_owned(), network::file(&nodes, &modules))];
@@ -82,7 +82,7 @@ pub fn package_folder(network: &Network) -> String {
 }
 
 /// Code first, tables after.
-fn subsystem_file(node: &Node, modules: &[String], tables: &Value, steady: &DMatrix<f64>) -> String {
+fn subsystem_file(node: &Node, modules: &[String], tables: &Value, steady: &Steady) -> String {
     let model = node.model();
     let what = format!("Controller of subsystem `{}` of network `{}`", model.name, node.design.network.name);
     let doc = "All that the controller of this subsystem is made of; each part says what it is.";
@@ -92,7 +92,19 @@ fn subsystem_file(node: &Node, modules: &[String], tables: &Value, steady: &DMat
     sections.join("\n")
 }
 
-/// The map from the outputs of the network to chi at rest, (9).
-fn steady_states(design: &Design) -> DMatrix<f64> {
-    design.gains.steady().unwrap_or_else(|| unreachable!("calF has no eigenvalue 1: Gains proved it Schur"))
+/// chi at rest, (9), as linear maps.
+struct Steady {
+    /// From the outputs of the network.
+    outputs: DMatrix<f64>,
+    /// From its loads.
+    loads: DMatrix<f64>,
+}
+
+impl Steady {
+    fn new(design: &Design) -> Self {
+        let outputs = design.gains.steady();
+        let loads = crate::sets::loads::steady(&design.network, &design.gains);
+        let both = outputs.zip(loads).map(|(outputs, loads)| Self { outputs, loads });
+        both.unwrap_or_else(|| unreachable!("calF has no eigenvalue 1: Gains proved it Schur"))
+    }
 }

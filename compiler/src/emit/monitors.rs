@@ -3,20 +3,24 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::Steady;
 use super::names::code;
 use super::node::{Node, labelled, labels};
-use super::tables::{Value, item};
-use crate::network::NamedPolytope;
+use super::tables::{Field, Value, item};
+use crate::network::{NamedPolytope, Signal, Subsystem};
 
-/// All items, in the order of the file. `steady` maps the outputs of the network to chi of (9).
-pub fn items(node: &Node, steady: &DMatrix<f64>) -> Vec<String> {
+/// All items, in the order of the file.
+pub fn items(node: &Node, steady: &Steady) -> Vec<String> {
     let model = node.model();
-    let [x, u] = steady_states(node, steady);
-    vec![
-        row_names(node),
-        x,
-        u,
-        tube(node),
+    let [x, u] = steady_states(node, &Source::outputs(node), &steady.outputs);
+    let mut items = vec![row_names(node), x, u];
+    if node.network_loads() > 0 {
+        items.extend(steady_states(node, &Source::loads(node), &steady.loads));
+    }
+    items.extend((!node.loads().is_empty()).then(|| load_model(node)));
+    items.push(tube(node));
+    items.extend(tube_noise(node));
+    items.extend([
         coupling_deviation(node),
         limits(
             "STATE_LIMITS",
@@ -30,7 +34,25 @@ pub fn items(node: &Node, steady: &DMatrix<f64>) -> Vec<String> {
             "NU",
             &model.U,
         ),
-    ]
+    ]);
+    items
+}
+
+/// Only where the file states a measurement error.
+pub fn has_noise(node: &Node) -> bool {
+    node.model().measurement_error.amax() > 0.0
+}
+
+fn tube_noise(node: &Node) -> Option<String> {
+    let (dpc, s) = (&node.problems().dpc, node.model());
+    let labels: Vec<String> = dpc.rows.iter().map(|row| row.name.clone()).collect();
+    let errors = s.states.iter().zip(&s.measurement_error);
+    let errors: Vec<String> = errors.map(|(state, error)| format!("{} by {error:?}", code(&labelled(state)))).collect();
+    let doc = format!(
+        "How far measurement errors move each tube row (35a), scaled as the row. Measured states may be off: {}.",
+        errors.join(", ")
+    );
+    has_noise(node).then(|| item(&doc, "TUBE_NOISE", "[f64; NT]", &Value::column(&dpc.noise, &labels)))
 }
 
 fn row_names(node: &Node) -> String {
@@ -39,30 +61,70 @@ fn row_names(node: &Node) -> String {
     item(doc, "ROWS", "[&str; NR]", &Value::List(names.collect()))
 }
 
-/// Rest of (9): chi = (I - calF)^-1 calG y, u = calK_i chi.
-fn steady_states(node: &Node, steady: &DMatrix<f64>) -> [String; 2] {
+/// What a steady state is a map of.
+struct Source {
+    what: &'static str,
+    /// Of the tables: `STEADY_X`, `STEADY_U` with this at the end.
+    suffix: &'static str,
+    count: &'static str,
+    /// `left: h1 [cm]` for every signal of the network.
+    columns: Vec<String>,
+}
+
+impl Source {
+    fn outputs(node: &Node) -> Self {
+        let columns = network_signals(node, |s| &s.outputs);
+        Self { what: "the outputs of the whole network at rest", suffix: "", count: "NETWORK_NY", columns }
+    }
+
+    fn loads(node: &Node) -> Self {
+        let columns = network_signals(node, |s| &s.loads.signals);
+        Self { what: "the loads of the whole network, outputs at 0", suffix: "_LOADS", count: "NETWORK_ND", columns }
+    }
+}
+
+fn network_signals(node: &Node, of: fn(&Subsystem) -> &[Signal]) -> Vec<String> {
+    let all = node.design.network.subsystems.iter();
+    all.flat_map(|other| of(other).iter().map(|y| code(&format!("{}: {}", other.name, labelled(y))))).collect()
+}
+
+/// Rest of (9): chi = `steady` times the source, u = calK_i chi.
+fn steady_states(node: &Node, source: &Source, steady: &DMatrix<f64>) -> [String; 2] {
     let (model, gains) = (node.model(), node.gains());
     let chi = steady.rows(node.design.gains.chi_offset[node.i], model.n() + model.p());
     let x = chi.rows(0, model.n()).into_owned();
     let u = gains.calK() * chi;
-    let columns: Vec<String> = network_outputs(node).iter().map(|name| code(name)).collect();
-    let doc = |what| {
-        format!(
-            "{what} at rest, (9), as a linear map of the outputs of the whole network at rest. One row per entry; columns\n\
-             {}.",
-            columns.join(", ")
-        )
+    let Source { what, suffix, count, columns } = source;
+    let table = |name: &str, state: &str, rows: &str, value: Value| {
+        let columns = columns.join(", ");
+        let doc = format!("{state} at rest, (9), as a linear map of {what}. One row per entry; columns\n{columns}.");
+        item(&doc, &format!("{name}{suffix}"), &format!("[[f64; {count}]; {rows}]"), &value)
     };
     [
-        item(&doc("State"), "STEADY_X", "[[f64; NETWORK_NY]; NX]", &Value::matrix(&x, &labels(&model.states))),
-        item(&doc("Input"), "STEADY_U", "[[f64; NETWORK_NY]; NU]", &Value::matrix(&u, &labels(&model.inputs))),
+        table("STEADY_X", "State", "NX", Value::matrix(&x, &labels(&model.states))),
+        table("STEADY_U", "Input", "NU", Value::matrix(&u, &labels(&model.inputs))),
     ]
 }
 
-/// `left: h1 [cm]` for every output of the network.
-fn network_outputs(node: &Node) -> Vec<String> {
-    let all = node.design.network.subsystems.iter();
-    all.flat_map(|other| other.outputs.iter().map(|y| format!("{}: {}", other.name, labelled(y)))).collect()
+/// `dpc_runtime::tables::LoadModel`.
+fn load_model(node: &Node) -> String {
+    let (loads, names) = (node.loads(), labels(&node.loads().signals));
+    let lag = loads.change(node.sizes.n - 1);
+    let column = |name, doc: &str, numbers| Field::new(name, doc, Value::column(numbers, &names));
+    let gain = Field::new(
+        "M",
+        format!("From the loads to the next states\ncolumns: {}", names.join(", ")),
+        Value::matrix(&loads.M, &labels(&node.model().states)),
+    );
+    let fields = vec![
+        gain,
+        column("min", "Bounds the design was made for: lower ends", &loads.min),
+        column("max", "Bounds the design was made for: upper ends", &loads.max),
+        column("rate", "Largest change per step", &loads.rate),
+        column("lag", "Largest change in N - 1 steps", &lag),
+    ];
+    let doc = "Measured disturbances, for [`Loads`].";
+    item(doc, "LOAD_MODEL", "LoadModel<ND, NX>", &Value::Struct("LoadModel", fields))
 }
 
 fn tube(node: &Node) -> String {

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::design::Design;
 use crate::gains::SubsystemGains;
-use crate::network::{CouplingConstraint, Signal, Subsystem};
+use crate::network::{CouplingConstraint, Loads, Signal, Subsystem};
 use crate::problems::{RowKind, SubsystemProblems};
 use crate::sizing::SubsystemSizing;
 
@@ -56,6 +56,15 @@ impl<'a> Node<'a> {
 
     pub fn model(&self) -> &'a Subsystem {
         &self.design.network.subsystems[self.i]
+    }
+
+    pub fn loads(&self) -> &'a Loads {
+        &self.model().loads
+    }
+
+    /// Loads of the whole network.
+    pub fn network_loads(&self) -> usize {
+        self.design.network.subsystems.iter().map(|s| s.loads.len()).sum()
     }
 
     pub fn gains(&self) -> &'a SubsystemGains {

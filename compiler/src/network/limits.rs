@@ -43,10 +43,10 @@ pub(super) fn polytope(space: &Space<'_>, given: &Option<Bounds>, errors: &mut D
 }
 
 /// One end of a box per signal; absent ends are `None`.
-type Ends = Vec<Option<At<f64>>>;
+pub(super) type Ends = Vec<Option<At<f64>>>;
 
 impl Space<'_> {
-    fn ends(&self, key: &str, given: &Option<PerSignal>, errors: &mut Diagnostics) -> Option<Ends> {
+    pub(super) fn ends(&self, key: &str, given: &Option<PerSignal>, errors: &mut Diagnostics) -> Option<Ends> {
         let n = self.signals.len();
         match given {
             None => Some(vec![None; n]),
@@ -79,7 +79,7 @@ impl Space<'_> {
     }
 
     /// `h1 <= 27.6 cm`.
-    fn end_name(&self, k: usize, sign: f64, end: f64) -> String {
+    pub(super) fn end_name(&self, k: usize, sign: f64, end: f64) -> String {
         let relation = if sign > 0.0 { "<=" } else { ">=" };
         let signal = &self.signals[k];
         format!("{} {relation} {}{}", signal.name, number(end), signal.unit_suffix())
@@ -118,7 +118,7 @@ impl Space<'_> {
     }
 
     /// H, h and the places of h.
-    fn general(&self, H: &Matrix, h: &Row, errors: &mut Diagnostics) -> Option<(DMatrix<f64>, Row)> {
+    pub(super) fn general(&self, H: &Matrix, h: &Row, errors: &mut Diagnostics) -> Option<(DMatrix<f64>, Row)> {
         let columns = Side::Exactly(self.signals.len(), self.per_signal());
         let shape = Shape { what: format!("matrix `H` of {}", self.what), rows: Side::Free, columns };
         let rows = shape.read(H, errors);

@@ -1,12 +1,21 @@
 //! Why the program has no point: which wish is too large, and how large it may be.
 
+use nalgebra::DVector;
+
 use super::program::{Asks, Goal, Program};
+use super::settle::tubes;
 use super::{Context, Proofs, ROUNDS};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, code};
 use crate::optim::conic::Answer;
 
 /// Drops the wishes one after the other and says which one was too much, with the largest value that is not.
 pub fn no_point(context: &Context, proofs: Vec<Proofs>, answer: Answer) -> Diagnostics {
+    if context.network.is_disturbed()
+        && let Some(limit) = Limit::of(context, &proofs, Goal::Disturbance)
+        && limit.value < 1.0 - 1e-6
+    {
+        return disturbance_too_large(context, proofs, &limit).into();
+    }
     let given = context.network.reference.epsilon;
     if let Some(epsilon) = given
         && let Some(limit) = Limit::of(context, &proofs, Goal::Epsilon)
@@ -68,6 +77,45 @@ impl Limit {
             .collect();
         if names.is_empty() { "the coupling between the subsystems".to_owned() } else { names.join(", ") }
     }
+}
+
+/// Names the rows that the tubes alone leave nothing of, with the smallest Z_i for which they close.
+fn disturbance_too_large(context: &Context, proofs: Vec<Proofs>, limit: &Limit) -> Diagnostic {
+    let program = Program::new(context, proofs, &Asks::default());
+    let mut error =
+        Diagnostic::error(code::DISTURBANCE_TOO_LARGE, "what acts on the states leaves no set-point at all");
+    let share = format!("{:.1} % of this is possible", 100.0 * limit.value);
+    for s in &context.network.subsystems {
+        for place in [&s.places.w, &s.places.measurement_error, &s.places.loads].into_iter().flatten() {
+            error = error.at(place.clone(), share.clone());
+        }
+    }
+    let no_reserve: Vec<_> = context.network.subsystems.iter().map(|s| DVector::zeros(s.nz())).collect();
+    for (i, (q, _)) in tubes(context, &program, &no_reserve).into_iter().flatten().enumerate() {
+        error = emptied_by_tube(context, &program, i, &q).into_iter().fold(error, Diagnostic::note);
+    }
+    error
+        .note(format!(
+            "all of them together, the largest share with any set-point is {:.4}; what stops it: {}",
+            limit.value,
+            limit.rows(context)
+        ))
+        .help("state smaller bounds, widen the limit that stops them, or choose gains that reject what acts on its states (a larger Q or a smaller R in `gain-weights`)")
+}
+
+/// One line per row of X_i and U_i that E_i with offsets q, the measurement error and the loads take as a whole.
+fn emptied_by_tube(context: &Context, program: &Program, i: usize, q: &DVector<f64>) -> Vec<String> {
+    let (s, proofs, sets) = (&context.network.subsystems[i], &program.proofs[i], &context.sets.subsystems[i]);
+    let noise = context.noise(i).u;
+    let of_x = (0..s.X.h.len()).map(|r| (&s.X.rows[r], s.X.h[r], proofs.tube_x[r].on(q), sets.x_rows[r].load));
+    let of_u =
+        (0..s.U.h.len()).map(|r| (&s.U.rows[r], s.U.h[r], proofs.tube_u[r].on(q) + noise[r], sets.u_rows[r].load));
+    let emptied = of_x.chain(of_u).filter(|(_, room, tube, load)| tube + load >= *room);
+    let line = |(row, room, tube, load): (&String, f64, f64, f64)| {
+        let loads = if load > 0.0 { format!(", the references need {load:.4} for the loads") } else { String::new() };
+        format!("`{row}` of `{}` is emptied: its room is {room:.4}, the tube E takes {tube:.4} of it{loads}", s.name)
+    };
+    emptied.map(line).collect()
 }
 
 /// The epsilon the message suggests: a little inside the limit, two digits.

@@ -7,7 +7,7 @@ use nalgebra::DVector;
 use super::{Context, Proofs};
 use crate::convex::Multiplier;
 use crate::optim::conic::{Answer, LogProgram};
-use crate::sets::{ReferenceShare, floor_support, import_gain};
+use crate::sets::{ReferenceShare, floor_support, import_gain, least_offsets};
 
 /// What is asked of the program beyond the network's wishes.
 #[derive(Debug, Clone, Default)]
@@ -26,6 +26,8 @@ pub enum Goal {
     /// The weighted logarithms of the network's wishes.
     #[default]
     Wishes,
+    /// A common factor (at most 1) on disturbances, measurement errors and loads; epsilon is free, reserve and cover are dropped.
+    Disturbance,
     /// Epsilon; reserve and cover are dropped.
     Epsilon,
     /// A common factor (at most 1) on the wanted reserve; cover is dropped.
@@ -54,10 +56,20 @@ pub struct Program {
     problem: LogProgram,
     variables: Vec<Variables>,
     epsilon: Epsilon,
-    /// The factor that the goals `Reserve`, `Cover` and `All` maximise.
+    /// The factor that the goals `Disturbance`, `Reserve`, `Cover` and `All` maximise.
     factor: Option<usize>,
+    goal: Goal,
     /// Per (25b) row: subsystem, name, index of its inequality.
     pub rows: Vec<(usize, String, usize)>,
+}
+
+/// What takes room of one row of X_i x U_i, (25b).
+struct Taken<'a> {
+    share: &'a ReferenceShare,
+    tube: &'a Multiplier,
+    terminal: &'a Multiplier,
+    /// Support of K_i V.
+    noise: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -84,11 +96,12 @@ impl Program {
         let variables = context.network.subsystems.iter().enumerate();
         let variables = variables.map(|(i, _)| Variables::new(context, i, &proofs[i], &mut problem)).collect();
         let epsilon = match asks.epsilon.or(context.network.reference.epsilon) {
-            Some(epsilon) if asks.goal != Goal::Epsilon => Epsilon::Given(epsilon),
+            Some(epsilon) if !matches!(asks.goal, Goal::Epsilon | Goal::Disturbance) => Epsilon::Given(epsilon),
             _ => Epsilon::Free(problem.variable(most_epsilon(context))),
         };
-        let factor = matches!(asks.goal, Goal::Reserve | Goal::Cover | Goal::All).then(|| problem.variable(1.0));
-        let mut program = Self { proofs, problem, variables, epsilon, factor, rows: Vec::new() };
+        let scaled = !matches!(asks.goal, Goal::Wishes | Goal::Epsilon);
+        let factor = scaled.then(|| problem.variable(1.0));
+        let mut program = Self { proofs, problem, variables, epsilon, factor, goal: asks.goal, rows: Vec::new() };
         for i in 0..context.network.subsystems.len() {
             program.tube(context, i);
             program.terminal(context, i);
@@ -154,6 +167,7 @@ impl Program {
     fn tube(&mut self, context: &Context, i: usize) {
         let (s, sets) = (&context.network.subsystems[i], &context.sets.subsystems[i]);
         let floor = floor_support(&sets.tube.normals, &sets.floor);
+        let (exogenous, least) = (sets.exogenous.support(&sets.tube.normals), least_offsets(&sets.tube.normals, s));
         let imports: Vec<_> = s.L.keys().map(|&j| (j, import_gain(&sets.tube.normals, s, j))).collect();
         let v = self.variables[i].clone();
         for (r, proof) in self.proofs[i].tube.clone().iter().enumerate() {
@@ -165,12 +179,32 @@ impl Program {
                     zeta.enumerate().map(|(k, variable)| (variable, -gain[(r, k)] * (1.0 + 2.0 * TUBE_MARGIN))),
                 );
             }
-            self.at_least_zero(terms, -2.5 * floor[r]);
+            let constant = -2.5 * floor[r] - self.charge(&mut terms, exogenous[r] * (1.0 + 2.0 * TUBE_MARGIN));
+            self.at_least_zero(terms, constant);
+            if least[r] > 0.0 {
+                let mut terms = vec![(v.q.start + r, 1.0)];
+                let constant = -self.charge(&mut terms, least[r] * (1.0 + 2.0 * TUBE_MARGIN));
+                self.at_least_zero(terms, constant);
+            }
         }
+        let noise = context.noise(i).z;
         for (k, proof) in self.proofs[i].tube_z.clone().iter().enumerate() {
             let mut terms = vec![(v.zeta.start + k, 1.0), (v.dz.start + k, -1.0 - 2.0 * TUBE_MARGIN)];
             minus(&mut terms, &v.q, proof);
-            self.at_least_zero(terms, 0.0);
+            let constant = -self.charge(&mut terms, noise[k] * (1.0 + 2.0 * TUBE_MARGIN));
+            self.at_least_zero(terms, constant);
+        }
+    }
+
+    /// Takes `amount`, which disturbances, measurement errors or loads cause, out of an inequality: as a constant, which is
+    /// returned, or in proportion to the factor where that is the goal.
+    fn charge(&self, terms: &mut Vec<(usize, f64)>, amount: f64) -> f64 {
+        match self.factor.filter(|_| self.goal == Goal::Disturbance) {
+            Some(factor) => {
+                terms.push((factor, -amount));
+                0.0
+            }
+            None => amount,
         }
     }
 
@@ -208,18 +242,23 @@ impl Program {
         let (s, sets) = (&context.network.subsystems[i], &context.sets.subsystems[i]);
         let proofs = self.proofs[i].clone();
         for r in 0..s.X.h.len() {
-            self.row(i, &s.X.rows[r], s.X.h[r], &sets.x_rows[r], &proofs.tube_x[r], &proofs.terminal_x[r]);
+            let taken =
+                Taken { share: &sets.x_rows[r], tube: &proofs.tube_x[r], terminal: &proofs.terminal_x[r], noise: 0.0 };
+            self.row(i, &s.X.rows[r], s.X.h[r], &taken);
         }
+        let noise = context.noise(i).u;
         for r in 0..s.U.h.len() {
-            self.row(i, &s.U.rows[r], s.U.h[r], &sets.u_rows[r], &proofs.tube_u[r], &proofs.terminal_u[r]);
+            let (share, tube, terminal) = (&sets.u_rows[r], &proofs.tube_u[r], &proofs.terminal_u[r]);
+            self.row(i, &s.U.rows[r], s.U.h[r], &Taken { share, tube, terminal, noise: noise[r] });
         }
     }
 
-    fn row(&mut self, i: usize, name: &str, h: f64, share: &ReferenceShare, tube: &Multiplier, terminal: &Multiplier) {
+    fn row(&mut self, i: usize, name: &str, h: f64, taken: &Taken) {
         let v = self.variables[i].clone();
+        let share = taken.share;
         let mut terms = Vec::new();
-        minus(&mut terms, &v.q, tube);
-        minus(&mut terms, &v.sigma, terminal);
+        minus(&mut terms, &v.q, taken.tube);
+        minus(&mut terms, &v.sigma, taken.terminal);
         let mut y = 0;
         for other in &self.variables {
             for (max, min) in other.y_max.clone().zip(other.y_min.clone()) {
@@ -228,7 +267,8 @@ impl Program {
                 y += 1;
             }
         }
-        let mut constant = h * (1.0 - MARGIN);
+        let mut constant =
+            h * (1.0 - MARGIN) - self.charge(&mut terms, (taken.noise + share.load) * (1.0 + TUBE_MARGIN));
         match self.epsilon {
             Epsilon::Given(epsilon) => constant -= epsilon * share.rate,
             Epsilon::Free(k) => terms.push((k, -share.rate)),
@@ -264,7 +304,8 @@ impl Program {
 
     /// variable >= wanted, or >= factor wanted where `scaled_by` is the goal; dropped by the goals that come before.
     fn at_least(&mut self, variable: usize, wanted: f64, goal: Goal, scaled_by: Goal) {
-        let dropped = goal == Goal::Epsilon || (goal == Goal::Reserve && scaled_by == Goal::Cover);
+        let dropped =
+            matches!(goal, Goal::Epsilon | Goal::Disturbance) || (goal == Goal::Reserve && scaled_by == Goal::Cover);
         if wanted <= 0.0 || dropped {
             return;
         }
@@ -277,9 +318,10 @@ impl Program {
 
     /// (26): the tightened limits stay positive, so that 0 remains a set-point.
     fn coupling(&mut self, context: &Context, goal: Goal) {
-        for (c, rates) in context.network.coupling_constraints.iter().zip(&context.sets.coupling) {
+        let constraints = context.network.coupling_constraints.iter();
+        for ((c, rates), load) in constraints.zip(&context.sets.coupling).zip(&context.sets.coupling_loads) {
             let mut terms = Vec::new();
-            let mut constant = c.l * (1.0 - MARGIN);
+            let mut constant = c.l * (1.0 - MARGIN) - self.charge(&mut terms, *load);
             for (&j, row) in &c.Hz {
                 let zeta = self.variables[j].zeta.clone();
                 terms.extend(zeta.zip(row).map(|(variable, h)| (variable, -h.abs())));

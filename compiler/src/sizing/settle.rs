@@ -5,10 +5,10 @@ use nalgebra::{DMatrix, DVector};
 use super::program::{MARGIN, Program, TUBE_MARGIN};
 use super::verify::{Bounds, Tightening, size_of_z, taken, terminal_rows};
 use super::{Context, Sizing, SubsystemSizing};
-use crate::convex::{Box, Multiplier, Polytope, Strips};
+use crate::convex::{Box, Multiplier, Polytope, Strips, least_fixed_point};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::optim::rounding::{down_to_digits, to_digits, up_to_digits};
-use crate::sets::{ReferenceShare, floor_support, import_gain};
+use crate::sets::{ReferenceShare, floor_support, import_gain, least_offsets};
 
 /// Digits of what the solver chose (epsilon, Y_i, Delta_i^z): its own accuracy, and pleasant to read.
 const CHOSEN: usize = 6;
@@ -47,17 +47,21 @@ fn settled_dz(context: &Context, program: &Program, point: &[f64], i: usize) -> 
     DVector::from_fn(dz.len(), |k, _| down_to_digits(dz[k], CHOSEN).max(reserve[k]))
 }
 
-/// (q_i, zeta_i) of every subsystem: zeta = |mu| q + dz, q = |Lambda| q + |P E L| zeta + floor.
-fn tubes(context: &Context, program: &Program, dz: &[DVector<f64>]) -> Option<Vec<(DVector<f64>, DVector<f64>)>> {
+/// (q_i, zeta_i) of every subsystem: zeta = |mu| q + dz, q = |Lambda| q + |P E L| zeta + floor and what is exogenous, but
+/// not below the least offsets.
+pub fn tubes(context: &Context, program: &Program, dz: &[DVector<f64>]) -> Option<Vec<(DVector<f64>, DVector<f64>)>> {
     let starts = starts(context);
     let size = *starts.last()?;
     let (mut M, mut r) = (DMatrix::<f64>::zeros(size, size), DVector::zeros(size));
+    let mut least = DVector::zeros(size);
     for (i, s) in context.network.subsystems.iter().enumerate() {
         let (sets, proofs) = (&context.sets.subsystems[i], &program.proofs[i]);
         let strips = sets.tube.normals.nrows();
         let (q, zeta) = (starts[i], starts[i] + strips);
-        r.rows_mut(q, strips).copy_from(&(floor_support(&sets.tube.normals, &sets.floor) * 2.2));
-        r.rows_mut(zeta, s.nz()).copy_from(&(&dz[i] * (1.0 + TUBE_MARGIN)));
+        let exogenous = sets.exogenous.support(&sets.tube.normals) * (1.0 + TUBE_MARGIN);
+        r.rows_mut(q, strips).copy_from(&(floor_support(&sets.tube.normals, &sets.floor) * 2.2 + exogenous));
+        r.rows_mut(zeta, s.nz()).copy_from(&((&dz[i] + context.noise(i).z) * (1.0 + TUBE_MARGIN)));
+        least.rows_mut(q, strips).copy_from(&(least_offsets(&sets.tube.normals, s) * (1.0 + TUBE_MARGIN)));
         for (a, proof) in proofs.tube.iter().enumerate() {
             (0..strips).for_each(|b| M[(q + a, q + b)] = proof.mu[b].abs());
         }
@@ -70,7 +74,7 @@ fn tubes(context: &Context, program: &Program, dz: &[DVector<f64>]) -> Option<Ve
             M.view_mut((q, from), gain.shape()).copy_from(&gain);
         }
     }
-    let solution = (DMatrix::identity(size, size) - M).lu().solve(&r)?;
+    let solution = least_fixed_point(&M, &r, &least)?;
     if !solution.iter().all(|v| v.is_finite() && *v >= 0.0) {
         return None;
     }
@@ -161,10 +165,10 @@ fn fit_outputs(context: &Context, program: &Program, sizing: &mut Sizing) {
         let x = sets.x_rows.iter().zip(&sized.X_nom.h).zip(&of_x);
         let u = sets.u_rows.iter().zip(&sized.U_nom.h).zip(&of_u);
         for ((share, room), terminal) in x.chain(u) {
-            let rate = sizing.epsilon * share.rate;
-            let shrinks = taken(sizing, share) - rate + terminal;
+            let fixed = sizing.epsilon * share.rate + share.load;
+            let shrinks = taken(sizing, share) - fixed + terminal;
             if shrinks > 0.0 {
-                fits = fits.min((room - rate) / shrinks * (1.0 - 1e-10));
+                fits = fits.min((room - fixed) / shrinks * (1.0 - 1e-10));
             }
         }
     }
@@ -215,7 +219,8 @@ fn half_axes(set: &Strips) -> DVector<f64> {
 fn l_tilde(context: &Context, sizing: &Sizing) -> Vec<f64> {
     let constraints = context.network.coupling_constraints.iter().zip(&context.sets.coupling);
     constraints
-        .map(|(c, rates)| {
+        .zip(&context.sets.coupling_loads)
+        .map(|((c, rates), load)| {
             let taken: f64 =
                 c.Hz.iter()
                     .map(|(j, row)| {
@@ -223,7 +228,7 @@ fn l_tilde(context: &Context, sizing: &Sizing) -> Vec<f64> {
                         sizing.epsilon * rates[j] + row.iter().zip(zeta).map(|(h, z)| h.abs() * z).sum::<f64>()
                     })
                     .sum();
-            down_to_digits(c.l - taken * (1.0 + 1e-12), DERIVED)
+            down_to_digits(c.l - (taken + load) * (1.0 + 1e-12), DERIVED)
         })
         .collect()
 }

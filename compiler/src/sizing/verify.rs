@@ -9,9 +9,9 @@ use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::gains::SubsystemGains;
 use crate::network::Subsystem;
 use crate::optim::rounding::sum_upper;
-use crate::sets::{ReferenceShare, floor_support, import_gain};
+use crate::sets::{ReferenceShare, floor_support, import_gain, least_offsets};
 
-/// Upper bounds of the support of E_i in the rows of X_i, and of U_i through K_i.
+/// Upper bounds of the support of E_i in the rows of X_i, and of U_i through K_i with the measurement error.
 pub struct Tightening {
     pub x: Vec<f64>,
     pub u: Vec<f64>,
@@ -22,13 +22,19 @@ impl Tightening {
         let (s, g) = (&context.network.subsystems[i], &context.gains.subsystems[i]);
         let set = Bounds::new(E);
         let proofs = &program.proofs[i];
-        Self { x: set.all(&proofs.tube_x, &s.X.H.abs()), u: set.all(&proofs.tube_u, &size_of_u(s, g)) }
+        let of_tube = set.all(&proofs.tube_u, &size_of_u(s, g));
+        let u = of_tube.iter().zip(&context.noise(i).u).map(|(tube, noise)| with_noise(*tube, *noise)).collect();
+        Self { x: set.all(&proofs.tube_x, &s.X.H.abs()), u }
     }
 
     /// h - support, rounded down.
     pub fn rows(&self, h: &DVector<f64>, support: &[f64]) -> DVector<f64> {
         DVector::from_fn(h.len(), |r, _| (h[r] - support[r]) - 4.0 * f64::EPSILON * (h[r].abs() + support[r]))
     }
+}
+
+fn with_noise(tube: f64, noise: f64) -> f64 {
+    if noise > 0.0 { sum_upper([tube, noise]) } else { tube }
 }
 
 /// A set and its hull: what rigorous support bounds need.
@@ -94,23 +100,31 @@ impl Inclusions<'_> {
         }
     }
 
-    /// (18): |Lambda| q + h_W <= q, the floor of W_i taken twice. (24): |Lambda| sigma <= sigma.
+    /// (18): |Lambda| q + h_W <= q, the floor of W_i taken twice. (35a'): q >= 2 h_V. (24): |Lambda| sigma <= sigma.
     fn invariance(&mut self, tube: &Bounds, terminal: &Bounds) {
         let s = &self.context.network.subsystems[self.i];
         let sets = &self.context.sets.subsystems[self.i];
         let K = &self.context.gains.subsystems[self.i].K;
         let F = s.A.abs() + s.B.abs() * K.abs();
         let floor = floor_support(&tube.set.P, &sets.floor);
+        let (exogenous, least) = (sets.exogenous.support(&tube.set.P), least_offsets(&tube.set.P, s));
         let imports: Vec<_> = s.L.keys().map(|&j| (j, import_gain(&tube.set.P, s, j))).collect();
         let image = tube.set.P.abs() * &F;
         for (r, proof) in self.proofs.tube.iter().enumerate() {
             // Twice the floor: one for the rounding of the on-line step, one for a start that drifts.
-            let mut parts = vec![tube.support(proof, image.row(r).iter().copied()), 2.0 * floor[r]];
+            let mut parts = vec![tube.support(proof, image.row(r).iter().copied()), 2.0 * floor[r], exogenous[r]];
             for (j, gain) in &imports {
                 let zeta = &self.sizing.subsystems[*j].zeta;
                 parts.extend(gain.row(r).iter().zip(zeta).map(|(g, z)| g * z));
             }
             self.record("(18)", format!("E invariant, normal {}", r + 1), tube.set.q[r] - sum_upper(parts));
+            if least[r] > 0.0 {
+                self.record(
+                    "(35a)",
+                    format!("E against measurement errors, normal {}", r + 1),
+                    tube.set.q[r] - least[r],
+                );
+            }
         }
         let image = terminal.set.P.abs() * &F;
         for (r, proof) in self.proofs.terminal.iter().enumerate() {
@@ -124,10 +138,11 @@ impl Inclusions<'_> {
         let s = &self.context.network.subsystems[self.i];
         let sized = &self.sizing.subsystems[self.i];
         let rows = size_of_z(s, &self.context.gains.subsystems[self.i]);
+        let noise = self.context.noise(self.i).z;
         for (k, row) in rows.row_iter().enumerate() {
             let name = &s.coupling_outputs[k];
             let of_tube = tube.support(&self.proofs.tube_z[k], row.iter().copied());
-            self.record("(21)", format!("z = {name}"), sized.zeta[k] - sum_upper([of_tube, sized.dz[k]]));
+            self.record("(21)", format!("z = {name}"), sized.zeta[k] - sum_upper([of_tube, noise[k], sized.dz[k]]));
             self.record("(22)", format!("Delta^z of {name}"), sized.dz[k]);
             let of_terminal = terminal.support(&self.proofs.terminal_z[k], row.iter().copied());
             self.record("(25a)", format!("z = {name}"), sized.dz[k] - of_terminal);
@@ -169,10 +184,11 @@ pub fn size_of_z(s: &Subsystem, g: &SubsystemGains) -> DMatrix<f64> {
     s.Cz.abs() + s.Dz.abs() * g.K.abs()
 }
 
-/// Upper bound of a row on the references: support of the steady states over the product of Y_j, plus Delta^chi.
+/// Upper bound of a row on the references: support of the steady states over the product of Y_j, plus Delta^chi, plus loads.
 pub fn taken(sizing: &Sizing, share: &ReferenceShare) -> f64 {
     let ends = sizing.subsystems.iter().flat_map(|s| s.Y.max.iter().zip(s.Y.min.iter()));
     let mut parts = vec![sizing.epsilon * share.rate];
+    parts.extend((share.load > 0.0).then_some(share.load));
     for (gain, (max, min)) in share.steady.iter().zip(ends) {
         parts.push((gain * max).max(gain * min) + share.steady_error * max.max(-min));
     }

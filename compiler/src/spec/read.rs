@@ -4,7 +4,7 @@ use toml::de::DeValue;
 
 use super::table::{Table, Value};
 use super::value::{
-    all, boolean, bounds, finite, integer, interval, matrix, per_signal, row, signals, text, title, weight,
+    all, boolean, bounds, finite, integer, interval, magnitudes, matrix, per_signal, row, signals, text, title, weight,
 };
 use super::{
     At, Coefficients, Collective, CouplingConstraint, Cover, Import, OutputRow, Reference, RiccatiWeights, Sizing,
@@ -139,6 +139,12 @@ fn subsystem(name: At<String>, value: &Value<'_>, errors: &mut Diagnostics) -> O
     let [A, B, C] = ["A", "B", "C"].map(|key| table.optional(key, errors, matrix));
     let [E, Cz, Dz] = ["E", "Cz", "Dz"].map(|key| table.optional(key, errors, matrix));
     let [x, u] = ["x", "u"].map(|key| table.optional(key, errors, bounds));
+    let w = table.optional("w", errors, bounds);
+    let measurement_error = table.optional("measurement-error", errors, magnitudes).flatten();
+    let loads = table.optional("loads", errors, signals);
+    let M = table.optional("M", errors, matrix);
+    let d = table.optional("d", errors, bounds);
+    let d_rate = table.optional("d-rate", errors, per_signal);
     let [Q, R, T] = ["Q", "R", "T"].map(|key| table.optional(key, errors, weight));
     let [K, Kx, Ke] = ["K", "Kx", "Ke"].map(|key| table.optional(key, errors, matrix));
     let gain_weights = table.optional("gain-weights", errors, gain_weights).unwrap_or_default();
@@ -150,8 +156,8 @@ fn subsystem(name: At<String>, value: &Value<'_>, errors: &mut Diagnostics) -> O
     table.refuse_unknown(errors);
     #[rustfmt::skip]
     let subsystem = Subsystem {
-        name, states: states?, inputs: inputs?, outputs: outputs?, A, B, C, E, Cz, Dz, x, u, Q, R, T, K, Kx, Ke,
-        gain_weights, reference_weights, cover, cover_place, reserve, y_weight, from,
+        name, states: states?, inputs: inputs?, outputs: outputs?, A, B, C, E, Cz, Dz, x, u, w, measurement_error, loads, M, d, d_rate,
+        Q, R, T, K, Kx, Ke, gain_weights, reference_weights, cover, cover_place, reserve, y_weight, from,
     };
     Some(subsystem)
 }

@@ -161,6 +161,19 @@ pub(super) fn bounds(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Boun
     Some(Bounds { place: value.place.clone(), min, max, rows: H.zip(h) })
 }
 
+/// `{ max = .. }`; nothing where `max` is missing, which `errors` says.
+pub(super) fn magnitudes(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Option<PerSignal>> {
+    let Some(table) = value.toml.as_table() else {
+        let error = value.wrong_type("a table with the largest error of each state");
+        errors.push(error.help("write { max = [0.1, 0.0] }, one number per state"));
+        return None;
+    };
+    let mut table = Table::new(value.what.clone(), value.place.clone(), table);
+    let max = table.required("max", errors, per_signal);
+    table.refuse_unknown(errors);
+    Some(max)
+}
+
 /// `[low, high]`.
 pub(super) fn interval(value: &Value<'_>, errors: &mut Diagnostics) -> Option<At<(f64, f64)>> {
     let ends = list(value, errors, "an interval [low, high]", finite)?;

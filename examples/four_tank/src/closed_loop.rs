@@ -4,6 +4,7 @@ use dpc_runtime::Message;
 
 use crate::bus::Bus;
 use crate::node::{Node, NotReceived};
+use crate::nuisance::Nuisance;
 use crate::plant::{Levels, Plant};
 use crate::sets::Promise;
 use crate::trajectory::{NodeSample, Sample};
@@ -35,11 +36,21 @@ impl<'a> ClosedLoop<'a> {
     /// # Errors
     /// A message got lost in the bus.
     pub fn step(&mut self, set_points: [f64; 2]) -> Result<Sample, NotReceived> {
+        self.step_under(set_points, [Nuisance::default(); 2])
+    }
+
+    /// The same, while the levels are disturbed and measured with an error.
+    ///
+    /// # Errors
+    /// As [`Self::step`].
+    pub fn step_under(&mut self, set_points: [f64; 2], acting: [Nuisance; 2]) -> Result<Sample, NotReceived> {
         for (i, node) in self.nodes.iter_mut().enumerate() {
             self.bus.receive(i).try_for_each(|datagram| node.receive(&datagram))?;
         }
-        let sample = Sample { nodes: [self.step_node(0, set_points[0]), self.step_node(1, set_points[1])] };
+        let sample = Sample { nodes: [0, 1].map(|i| self.step_node(i, set_points[i], acting[i].v)) };
         self.x = self.plant.advance(&self.x, &sample.voltages());
+        let added = acting.iter().flat_map(|nuisance| nuisance.w);
+        self.x.iter_mut().zip(added).for_each(|(x, w)| *x += w);
         Ok(sample)
     }
 
@@ -49,9 +60,14 @@ impl<'a> ClosedLoop<'a> {
         self.x[2 * i..2 * i + 2].copy_from_slice(&x);
     }
 
-    fn step_node(&mut self, i: usize, set_point: f64) -> NodeSample {
+    /// Tells subsystem `i` its loads of the step to come.
+    pub fn measure(&mut self, i: usize, loads: &[f64]) {
+        self.nodes[i].measure(loads);
+    }
+
+    fn step_node(&mut self, i: usize, set_point: f64, error: [f64; 2]) -> NodeSample {
         let x = [self.x[2 * i], self.x[2 * i + 1]];
-        let step = self.nodes[i].step(&x, set_point);
+        let step = self.nodes[i].step(&[0, 1].map(|k| x[k] + error[k]), set_point);
         self.bus.send(i, 1 - i, &step.message);
         let reference = &step.telemetry;
         NodeSample {

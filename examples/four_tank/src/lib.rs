@@ -3,8 +3,11 @@
 pub mod bus;
 pub mod checks;
 pub mod closed_loop;
+pub mod disturbed;
 pub mod figure;
+pub mod inflow;
 pub mod node;
+pub mod nuisance;
 pub mod plant;
 pub mod plot;
 pub mod random;
@@ -21,8 +24,16 @@ pub mod controllers {
     include!(concat!(env!("OUT_DIR"), "/four_tank/mod.rs"));
 }
 
+/// What it emitted for `designs/disturbed.toml`.
+pub mod disturbed_controllers {
+    include!(concat!(env!("OUT_DIR"), "/four_tank_disturbed/mod.rs"));
+}
+
 /// The summary of the design, as the compiler's command prints it.
 pub const SUMMARY: &str = include_str!(concat!(env!("OUT_DIR"), "/four_tank/summary.txt"));
 
 /// The design as the compiler states it for other tools.
 pub const DESIGN_JSON: &str = include_str!(concat!(env!("OUT_DIR"), "/four_tank/design.json"));
+
+/// The same of `designs/disturbed.toml`.
+pub const DISTURBED_DESIGN_JSON: &str = include_str!(concat!(env!("OUT_DIR"), "/four_tank_disturbed/design.json"));

@@ -14,6 +14,9 @@ pub trait Node {
     /// It is no message that was expected.
     fn receive(&mut self, datagram: &Datagram) -> Result<(), NotReceived>;
 
+    /// Takes in the loads of this step, before it; most nodes have none.
+    fn measure(&mut self, _loads: &[f64]) {}
+
     /// What the controller would answer to the measured state `x` now. The step that follows is none the worse for it.
     fn probe(&mut self, x: &[f64; 2]) -> Input<2, 1, 1>;
 

@@ -82,7 +82,8 @@ fn follow<'a>(
     Ok(run)
 }
 
-type Started = (Box<dyn Node>, Message<1, 1>);
+/// A controller in its process, and what it sends first.
+pub type Started = (Box<dyn Node>, Message<1, 1>);
 
 /// Both controllers with their references at rest at the outputs `y`.
 fn start(y: [f64; 2]) -> Result<[Started; 2], Failure> {

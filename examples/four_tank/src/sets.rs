@@ -20,6 +20,9 @@ pub struct Subsystem {
     pub Cz: Vec<Vec<f64>>,
     /// D_zi of (1c).
     pub Dz: Vec<Vec<f64>>,
+    /// K_i of (17); read by those who choose disturbances.
+    #[serde(default)]
+    pub K: Vec<Vec<f64>>,
     /// X_i.
     pub X: Polytope,
     /// U_i.
@@ -30,6 +33,19 @@ pub struct Subsystem {
     pub z_set: Polytope,
     /// Y_i.
     pub y_set: Polytope,
+    /// What may be added to the next state, where the design knows of anything.
+    #[serde(default)]
+    pub disturbance: Option<Polytope>,
+    /// Largest error of each measured state.
+    #[serde(default)]
+    pub measurement_error: Vec<f64>,
+    /// From measured loads to the next state, their bounds and largest changes per step.
+    #[serde(default)]
+    pub M: Vec<Vec<f64>>,
+    #[serde(default)]
+    pub load_set: Option<Polytope>,
+    #[serde(default)]
+    pub load_rate: Vec<f64>,
 }
 
 /// {v : H v <= h}.
@@ -57,6 +73,11 @@ impl Subsystem {
     /// z = Cz x + Dz u.
     pub fn coupling_output(&self, x: &[f64], u: &[f64]) -> Vec<f64> {
         self.Cz.iter().zip(&self.Dz).map(|(of_x, of_u)| dot(of_x, x) + dot(of_u, u)).collect()
+    }
+
+    /// M d.
+    pub fn push(&self, d: &[f64]) -> [f64; 2] {
+        [0, 1].map(|k| dot(&self.M[k], d))
     }
 }
 

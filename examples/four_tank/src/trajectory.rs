@@ -7,7 +7,7 @@ use crate::plant::{Levels, SAMPLE_TIME, Voltages};
 /// One subsystem (two tanks, one pump) at one step.
 #[derive(Debug, Clone)]
 pub struct NodeSample {
-    /// Measured state of the plant: lower tank, which is the output y_i, and upper tank.
+    /// State of the plant: lower tank, which is the output y_i, and upper tank.
     pub x: [f64; 2],
     /// Input to the plant.
     pub u: [f64; 1],
