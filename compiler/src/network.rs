@@ -24,6 +24,7 @@ use nalgebra::{DMatrix, DVector};
 pub use crate::convex::RateNorm as Norm;
 use crate::diagnostic::{Diagnostics, Place, Source};
 use crate::spec::{self, Spec};
+use crate::tuning::Effort;
 use form::Form;
 use limits::{Space, polytope};
 use model::Model;
@@ -42,6 +43,8 @@ pub struct Network {
     pub horizon: usize,
     pub reference: Reference,
     pub wishes: Wishes,
+    /// How long to search for better gains, unless the caller says otherwise.
+    pub effort: Effort,
     pub subsystems: Vec<Subsystem>,
     pub coupling_constraints: Vec<CouplingConstraint>,
     /// The text the network was read from, for diagnostics of later stages.
@@ -209,6 +212,7 @@ impl Network {
             horizon: settings.horizon,
             reference: settings.reference,
             wishes: settings.wishes,
+            effort: settings.effort,
             subsystems,
             coupling_constraints: constraints,
             source,
