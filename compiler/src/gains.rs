@@ -69,7 +69,8 @@ impl Gains {
         let rank_margin = collective.assumption_2(network)?;
         let subsystems = each(&network.subsystems, SubsystemGains::new)?;
         let rho_F = collective.assumption_1(network, &subsystems)?;
-        let calF = collective.calF(network, &subsystems);
+        let calK: Vec<_> = subsystems.iter().map(SubsystemGains::calK).collect();
+        let calF = collective.calF(network, &calK.iter().collect::<Vec<_>>());
         let rho_calF = spectral_radius(&calF);
         let contraction =
             Contraction::new(&calF).ok_or_else(|| assumption_3_fails(network, &collective, &subsystems, rho_calF))?;
@@ -119,6 +120,14 @@ impl SubsystemGains {
         })
     }
 
+    /// K_i and calK_i as [`Gains::new`] computes or takes them, before it asks whether the loops are stable.
+    ///
+    /// # Errors
+    /// E0201, E0206: a Riccati equation has no stabilising solution.
+    pub fn local(subsystem: &Subsystem) -> Result<(DMatrix<f64>, DMatrix<f64>), Diagnostic> {
+        Ok((K_i(subsystem)?, calK_i(subsystem)?))
+    }
+
     /// [K_i^x K_i^e].
     pub fn calK(&self) -> DMatrix<f64> {
         let (m, n) = self.Kx.shape();
@@ -126,11 +135,38 @@ impl SubsystemGains {
     }
 }
 
+/// Spectral radii of the loops that some gains close: what has to be below 1 before [`Gains::new`] accepts them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Radii {
+    /// The largest of the F_ii.
+    pub local: f64,
+    /// A + BK.
+    pub F: f64,
+    pub calF: f64,
+}
+
+impl Radii {
+    /// Of (K_i, calK_i), one pair per subsystem.
+    pub fn new(network: &Network, gains: &[(DMatrix<f64>, DMatrix<f64>)]) -> Self {
+        let collective = Collective::new(network);
+        let loops = network.subsystems.iter().zip(gains).map(|(s, (K, _))| spectral_radius(&(&s.A + &s.B * K)));
+        Self {
+            local: loops.fold(0.0, f64::max),
+            F: spectral_radius(&collective.F(gains.iter().map(|(K, _)| K))),
+            calF: spectral_radius(&collective.calF(network, &gains.iter().map(|(_, calK)| calK).collect::<Vec<_>>())),
+        }
+    }
+
+    pub fn largest(&self) -> f64 {
+        self.local.max(self.F).max(self.calF)
+    }
+}
+
 /// Gains are rounded to this many digits: any stabilising gain will do, the emitted file stays readable, and every
 /// machine goes on from the same numbers.
 const GAIN_DIGITS: usize = 9;
 
-fn short(matrix: DMatrix<f64>) -> DMatrix<f64> {
+pub(crate) fn short(matrix: DMatrix<f64>) -> DMatrix<f64> {
     matrix.map(|value| to_digits(value, GAIN_DIGITS))
 }
 
@@ -203,13 +239,18 @@ impl Collective {
         Self { A, B, C, x, u, y }
     }
 
+    /// F = A + B diag(K_1, ..., K_M).
+    fn F<'a>(&self, gains: impl Iterator<Item = &'a DMatrix<f64>>) -> DMatrix<f64> {
+        let mut K = DMatrix::zeros(self.B.ncols(), self.A.nrows());
+        for (i, K_i) in gains.enumerate() {
+            K.view_mut((self.u[i], self.x[i]), K_i.shape()).copy_from(K_i);
+        }
+        &self.A + &self.B * K
+    }
+
     /// F = A + BK Schur (the local F_ii are checked where they are made); returns its spectral radius.
     fn assumption_1(&self, network: &Network, gains: &[SubsystemGains]) -> Result<f64, Diagnostic> {
-        let mut K = DMatrix::zeros(self.B.ncols(), self.A.nrows());
-        for (i, g) in gains.iter().enumerate() {
-            K.view_mut((self.u[i], self.x[i]), g.K.shape()).copy_from(&g.K);
-        }
-        let F = &self.A + &self.B * K;
+        let F = self.F(gains.iter().map(|g| &g.K));
         let rho = spectral_radius(&F);
         if Contraction::new(&F).is_some() { Ok(rho) } else { Err(assumption_1_fails(network, rho)) }
     }
@@ -228,20 +269,20 @@ impl Collective {
     }
 
     /// calF_ij = calA_ij + calB_ij calK_j.
-    fn calF(&self, network: &Network, gains: &[SubsystemGains]) -> DMatrix<f64> {
+    fn calF(&self, network: &Network, calK: &[&DMatrix<f64>]) -> DMatrix<f64> {
         let chi = offsets(network.subsystems.iter().map(|s| s.n() + s.p()));
         let size = self.A.nrows() + self.C.nrows();
         let mut calF = DMatrix::zeros(size, size);
         for (i, s) in network.subsystems.iter().enumerate() {
             let (A, B) = augmented(s);
-            let F = A + B * gains[i].calK();
+            let F = A + B * calK[i];
             calF.view_mut((chi[i], chi[i]), F.shape()).copy_from(&F);
             for (&j, L) in &s.L {
                 let exporter = &network.subsystems[j];
                 let EL = &s.E * L;
                 let mut block = DMatrix::zeros(s.n(), exporter.n() + exporter.p());
                 block.view_mut((0, 0), (s.n(), exporter.n())).copy_from(&(&EL * &exporter.Cz));
-                block += &EL * &exporter.Dz * gains[j].calK();
+                block += &EL * &exporter.Dz * calK[j];
                 calF.view_mut((chi[i], chi[j]), block.shape()).copy_from(&block);
             }
         }

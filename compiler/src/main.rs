@@ -12,6 +12,8 @@ use dpc_codegen::diagnostic::Source;
 use dpc_codegen::emit::{Emitted, package_folder, write_all};
 use dpc_codegen::export::design_json;
 use dpc_codegen::summary::Summary;
+use dpc_codegen::tuning::{Effort, Progress, Watch, frozen};
+use indicatif::{ProgressBar, ProgressStyle};
 
 /// Designs one predictive controller per subsystem of the network in FILE and writes them as Rust.
 ///
@@ -28,6 +30,12 @@ struct Arguments {
     /// Also write the design (models, gains, sets) for other tools
     #[arg(long, value_name = "FILE")]
     design: Option<PathBuf>,
+    /// How long to search for better gains: 0 not at all, 3 longest [default: `effort` in the file, else 0]
+    #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u8).range(0..=i64::from(Effort::MOST)))]
+    effort: Option<u8>,
+    /// Also write the gains as lines for FILE, to keep them without a search
+    #[arg(long, value_name = "FILE")]
+    gains_out: Option<PathBuf>,
 }
 
 fn main() -> ExitCode {
@@ -43,15 +51,15 @@ fn main() -> ExitCode {
 fn run(arguments: &Arguments) -> Result<(), String> {
     let mut clock = Clock::new();
     let source = build::read(&arguments.file)?;
-    let design = designed(&source, &mut clock)?;
+    let design = designed(&source, arguments.effort.and_then(Effort::new), &mut clock)?;
     let emitted = Emitted::new(&design);
-    clock.stage("Emitted");
+    clock.ended("Emitted");
     let written = write(arguments, &design, &emitted)?;
     print(&format!("{}\nTime: {clock}\n{written}", Summary::new(&design, &emitted)))
 }
 
-fn designed(source: &Source, clock: &mut Clock) -> Result<Design, String> {
-    let design = Design::observed(source.clone(), |stage| clock.stage(stage));
+fn designed(source: &Source, effort: Option<Effort>, clock: &mut Clock) -> Result<Design, String> {
+    let design = Design::watched(source.clone(), effort, clock);
     design.map_err(|mistakes| mistakes.render(source, std::io::stderr().is_terminal()))
 }
 
@@ -60,8 +68,9 @@ fn write(arguments: &Arguments, design: &Design, emitted: &Emitted) -> Result<St
     let default = || Path::new("generated").join(package_folder(&design.network));
     let folder = arguments.out.clone().unwrap_or_else(default);
     let json = arguments.design.as_ref().map(|path| (path.clone(), design_json(design)));
+    let gains = arguments.gains_out.as_ref().map(|path| (path.clone(), frozen(&design.network, &design.gains)));
     let mut files = emitted.paths(&folder);
-    files.extend(json.iter().map(|(path, text)| (path.clone(), text.as_str())));
+    files.extend(json.iter().chain(&gains).map(|(path, text)| (path.clone(), text.as_str())));
     let changed = write_all(&files).map_err(|error| format!("error: {error}"))?;
     let word = |changed: bool| if changed { "Written:  " } else { "Unchanged:" };
     Ok(files
@@ -83,19 +92,39 @@ fn print(text: &str) -> Result<(), String> {
 struct Clock {
     last: Instant,
     stages: Vec<(&'static str, Duration)>,
+    /// Of a search for gains, while one is under way.
+    bar: Option<ProgressBar>,
 }
 
 impl Clock {
     fn new() -> Self {
-        Self { last: Instant::now(), stages: Vec::new() }
+        Self { last: Instant::now(), stages: Vec::new(), bar: None }
     }
 
     /// Everything since the last call was `name`.
-    fn stage(&mut self, name: &'static str) {
+    fn ended(&mut self, name: &'static str) {
         let now = Instant::now();
         self.stages.push((name, now - self.last));
         self.last = now;
     }
+}
+
+impl Watch for Clock {
+    fn stage(&mut self, name: &'static str) {
+        self.bar.take().inspect(ProgressBar::finish_and_clear);
+        self.ended(name);
+    }
+
+    fn searched(&mut self, progress: Progress) {
+        // Drawn on a terminal only.
+        let bar = self.bar.get_or_insert_with(|| bar(progress.budget));
+        bar.set_position(progress.compared as u64);
+    }
+}
+
+fn bar(budget: usize) -> ProgressBar {
+    let style = ProgressStyle::with_template("  comparing gains {bar:40} {pos} of {len}, {eta} left");
+    ProgressBar::new(budget as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 impl std::fmt::Display for Clock {

@@ -28,6 +28,7 @@ pub use crate::convex::RateNorm as Norm;
 use crate::diagnostic::{Diagnostics, Place, Source};
 use crate::gains::GainChoice;
 use crate::spec::{self, Spec};
+use crate::tuning::Effort;
 use form::Form;
 use limits::{Space, polytope};
 use model::Model;
@@ -48,6 +49,8 @@ pub struct Network {
     pub wishes: Wishes,
     /// How gains are found that the file does not state.
     pub gains: GainChoice,
+    /// How long to search for better gains, unless the caller says otherwise.
+    pub effort: Effort,
     pub subsystems: Vec<Subsystem>,
     pub coupling_constraints: Vec<CouplingConstraint>,
     /// The text the network was read from, for diagnostics of later stages.
@@ -244,6 +247,7 @@ impl Network {
             reference: settings.reference,
             wishes: settings.wishes,
             gains: spec.gains.as_ref().map_or(GainChoice::default(), |gains| gains.value),
+            effort: settings.effort,
             subsystems,
             coupling_constraints: constraints,
             source,

@@ -21,7 +21,7 @@ pub use exogenous::{Exogenous, least_offsets, noise_support, noise_through_gain}
 /// After this point: on the normals of each E_i a robustly positively invariant set exists, on those of each Sigma_i
 /// a positively invariant one, both with their multipliers; the small-gain matrix has a spectral radius below 1 and
 /// so has its counterpart on these normals; every truncated sum carries a proved tail.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Sets {
     pub subsystems: Vec<SubsystemSets>,
     /// S of Assumption 4, over the coupling outputs of all subsystems: with boxes, Z_i that satisfy (21) exist if and
@@ -38,7 +38,7 @@ pub struct Sets {
     pub coupling_loads: Vec<f64>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct SubsystemSets {
     /// E_i.
     pub tube: Shape,
@@ -55,15 +55,24 @@ pub struct SubsystemSets {
     pub u_rows: Vec<ReferenceShare>,
 }
 
+/// How support values of Delta^chi in the rows of X_i and U_i are summed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sums {
+    /// With proved tails and rounding: for a design.
+    Proved,
+    /// To about a percent, in a fraction of the time: to compare gains.
+    Estimated,
+}
+
 /// Normals of an invariant set, rows of unit length, with its offsets and multipliers at a nominal size.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Shape {
     pub normals: DMatrix<f64>,
     pub set: Invariant,
 }
 
 /// Natural sizes of the signals of one subsystem.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Scales {
     pub x: DVector<f64>,
     pub z: DVector<f64>,
@@ -111,6 +120,14 @@ impl Sets {
     /// E0301 the small-gain radius is not below 1 (Assumption 4); E0302 no invariant set was found on any normals
     /// tried; E0303 the normals tried lose too much for Assumption 4.
     pub fn new(network: &Network, gains: &Gains) -> Result<Self, Diagnostics> {
+        Self::with_sums(network, gains, Sums::Proved)
+    }
+
+    /// [`Sets::new`] with support values of Delta^chi as far as `sums` says.
+    ///
+    /// # Errors
+    /// As [`Sets::new`].
+    pub fn with_sums(network: &Network, gains: &Gains, sums: Sums) -> Result<Self, Diagnostics> {
         let z_offset = z_offsets(network);
         let small_gain = small_gain(network, &gains.subsystems, &z_offset);
         let rho_small_gain = spectral_radius(&small_gain);
@@ -121,16 +138,32 @@ impl Sets {
         let references = References::new(network, gains)?;
         let (shapes, rho_on_normals) = tubes(network, gains, &zeta, &z_offset)?;
         let mut subsystems = Vec::new();
-        for (i, tube) in shapes.into_iter().enumerate() {
+        let shares = references.shares(network, gains, sums);
+        for ((i, tube), (x_rows, u_rows)) in shapes.into_iter().enumerate().zip(shares) {
             let (s, g) = (&network.subsystems[i], &gains.subsystems[i]);
             let terminal = terminal(s, g, network.wishes.facet_loss)?;
-            let (x_rows, u_rows) = references.shares(i, s, g);
             let (exogenous, scales) = (Exogenous::new(s, g, network.horizon), Scales::new(s));
             subsystems.push(SubsystemSets { tube, terminal, floor: floor(s), exogenous, scales, x_rows, u_rows });
         }
         let coupling = references.coupling(network);
         let coupling_loads = references.coupling_loads(network);
         Ok(Self { subsystems, small_gain, rho_small_gain, rho_on_normals, z_offset, coupling, coupling_loads })
+    }
+
+    /// The sets for other calK_i: all but Delta^chi follows from the K_i, which must be those `self` was made for.
+    ///
+    /// # Errors
+    /// E0304 the steady states cannot be computed to working accuracy.
+    pub fn with_references(&self, network: &Network, gains: &Gains, sums: Sums) -> Result<Self, Diagnostics> {
+        let references = References::new(network, gains)?;
+        let mut sets = self.clone();
+        sets.coupling = references.coupling(network);
+        sets.coupling_loads = references.coupling_loads(network);
+        let shares = references.shares(network, gains, sums);
+        for (subsystem, (x_rows, u_rows)) in sets.subsystems.iter_mut().zip(shares) {
+            (subsystem.x_rows, subsystem.u_rows) = (x_rows, u_rows);
+        }
+        Ok(sets)
     }
 }
 
@@ -141,6 +174,18 @@ pub fn small_gain_matrix(network: &Network, gains: &[SubsystemGains]) -> (DMatri
     (S, rho)
 }
 
+/// The rows of S that belong to subsystem i, by neighbour: the sum over k of |(C_zi + D_zi K) F^k E_i L_ij| for
+/// F = A_ii + B_ii K with its proof of contraction.
+pub fn small_gain_rows(
+    s: &Subsystem,
+    K: &DMatrix<f64>,
+    F: &DMatrix<f64>,
+    contraction: &Contraction,
+) -> BTreeMap<usize, DMatrix<f64>> {
+    let z_rows = &s.Cz + &s.Dz * K;
+    s.L.iter().map(|(&j, L)| (j, power_sum(&z_rows, F, contraction, &(&s.E * L)))).collect()
+}
+
 /// The largest share of the room in a row of X_i or U_i that references take per unit of epsilon.
 ///
 /// # Errors
@@ -148,8 +193,7 @@ pub fn small_gain_matrix(network: &Network, gains: &[SubsystemGains]) -> (DMatri
 pub fn worst_reference_share(network: &Network, gains: &Gains) -> Result<f64, Diagnostics> {
     let references = References::new(network, gains)?;
     let mut worst: f64 = 0.0;
-    for (i, s) in network.subsystems.iter().enumerate() {
-        let (x_rows, u_rows) = references.shares(i, s, &gains.subsystems[i]);
+    for (s, (x_rows, u_rows)) in network.subsystems.iter().zip(references.shares(network, gains, Sums::Estimated)) {
         let rows = x_rows.iter().zip(&s.X.h).chain(u_rows.iter().zip(&s.U.h));
         worst = rows.fold(worst, |worst, (row, limit)| worst.max(row.rate / limit));
     }
@@ -210,8 +254,8 @@ fn small_gain(network: &Network, gains: &[SubsystemGains], z_offset: &[usize]) -
     let size = network.subsystems.iter().map(Subsystem::nz).sum();
     let mut S = DMatrix::zeros(size, size);
     for (i, s) in network.subsystems.iter().enumerate() {
-        for (&j, L) in &s.L {
-            let block = power_sum(&closed_loop_z(s, &gains[i]), &gains[i], &(&s.E * L));
+        let g = &gains[i];
+        for (j, block) in small_gain_rows(s, &g.K, &g.F, &g.contraction) {
             S.view_mut((z_offset[i], z_offset[j]), block.shape()).copy_from(&block);
         }
     }
@@ -219,20 +263,20 @@ fn small_gain(network: &Network, gains: &[SubsystemGains], z_offset: &[usize]) -
 }
 
 /// Upper bound of sum over k of |C F^k B|, entrywise.
-fn power_sum(C: &DMatrix<f64>, g: &SubsystemGains, B: &DMatrix<f64>) -> DMatrix<f64> {
-    let columns: Vec<f64> = B.column_iter().map(|b| g.contraction.norm(&b.into_owned())).collect();
-    let geometric = 1.0 / (1.0 - g.contraction.lambda);
+fn power_sum(C: &DMatrix<f64>, F: &DMatrix<f64>, contraction: &Contraction, B: &DMatrix<f64>) -> DMatrix<f64> {
+    let columns: Vec<f64> = B.column_iter().map(|b| contraction.norm(&b.into_owned())).collect();
+    let geometric = 1.0 / (1.0 - contraction.lambda);
     let mut sum = DMatrix::zeros(C.nrows(), B.ncols());
     let mut row = C.clone();
     loop {
-        let dual: Vec<f64> = row.row_iter().map(|c| g.contraction.dual_norm(&c.transpose())).collect();
+        let dual: Vec<f64> = row.row_iter().map(|c| contraction.dual_norm(&c.transpose())).collect();
         let tail = DMatrix::from_fn(C.nrows(), B.ncols(), |i, j| dual[i] * columns[j] * geometric);
         if tail.iter().zip(&sum).all(|(tail, sum)| *tail <= 1e-10 * sum || *tail < f64::MIN_POSITIVE) {
             // The relative rounding of the powers stays far below 1e-9 for every contraction that could be proved.
             return (sum + tail) * (1.0 + 1e-9);
         }
         sum += (&row * B).abs();
-        row *= &g.F;
+        row *= F;
     }
 }
 
@@ -488,38 +532,65 @@ impl References {
         Ok(Self { steady, steady_error, sum, loads, drift, contraction, chi_offset: gains.chi_offset.clone(), size })
     }
 
-    /// The rows of X_i on xref and of U_i on uref = calK chi.
-    fn shares(&self, i: usize, s: &Subsystem, g: &SubsystemGains) -> (Vec<ReferenceShare>, Vec<ReferenceShare>) {
-        (self.rows(i, &s.X.H), self.rows(i, &(&s.U.H * g.calK())))
-    }
-
-    /// Delta^chi is symmetric: an opposite row takes the same of it. The bounds of the loads need not be.
-    fn rows(&self, i: usize, rows: &DMatrix<f64>) -> Vec<ReferenceShare> {
-        let mut shares: Vec<ReferenceShare> = Vec::new();
-        for (r, row) in rows.row_iter().enumerate() {
-            let opposite = (0..r).find(|&other| rows.row(other) == -row);
-            shares.push(match opposite {
-                Some(other) => ReferenceShare {
-                    steady: -&shares[other].steady,
-                    load: self.load(&self.direction(i, row.iter().copied())),
-                    ..shares[other].clone()
-                },
-                None => self.share(i, row.iter().copied()),
-            });
+    /// Per subsystem, the rows of X_i on xref and of U_i on uref = calK chi.
+    fn shares(&self, network: &Network, gains: &Gains, sums: Sums) -> Vec<(Vec<ReferenceShare>, Vec<ReferenceShare>)> {
+        let directions: Vec<_> = network
+            .subsystems
+            .iter()
+            .zip(&gains.subsystems)
+            .enumerate()
+            .map(|(i, (s, g))| self.rows(i, s, g))
+            .collect();
+        let mut rates = self.rates(&directions, sums).into_iter();
+        let mut shares = Vec::new();
+        for (s, directions) in network.subsystems.iter().zip(directions) {
+            let mut x_rows: Vec<_> =
+                directions.into_iter().zip(&mut rates).map(|(d, rate)| self.share(&d, rate)).collect();
+            let u_rows = x_rows.split_off(s.X.h.len());
+            shares.push((x_rows, u_rows));
         }
         shares
     }
 
-    fn share(&self, i: usize, row: impl Iterator<Item = f64>) -> ReferenceShare {
-        let d = self.direction(i, row);
+    fn rows(&self, i: usize, s: &Subsystem, g: &SubsystemGains) -> Vec<DVector<f64>> {
+        let on_u = &s.U.H * g.calK();
+        let rows = |rows: &DMatrix<f64>| -> Vec<_> {
+            rows.row_iter().map(|row| self.direction(i, row.iter().copied())).collect()
+        };
+        [rows(&s.X.H), rows(&on_u)].concat()
+    }
+
+    /// Support of Delta^chi in the given directions, one list per subsystem. The set is symmetric: the two bounds of one
+    /// signal need one sum.
+    fn rates(&self, directions: &[Vec<DVector<f64>>], sums: Sums) -> Vec<f64> {
+        let (mut different, mut of): (Vec<DVector<f64>>, Vec<usize>) = (Vec::new(), Vec::new());
+        for list in directions {
+            let first = different.len();
+            for d in list {
+                let opposite = -d;
+                let known = different[first..].iter().position(|known| known == d || *known == opposite);
+                of.push(known.map_or(different.len(), |k| first + k));
+                if known.is_none() {
+                    different.push(d.clone());
+                }
+            }
+        }
+        let rates = match sums {
+            Sums::Proved => different.iter().map(|d| self.sum.support(d)).collect(),
+            Sums::Estimated => self.sum.estimates(&different),
+        };
+        of.into_iter().map(|k| rates[k]).collect()
+    }
+
+    fn share(&self, d: &DVector<f64>, rate: f64) -> ReferenceShare {
         let worst = self.steady_error.iter().copied().fold(0.0, f64::max);
         let rounding = 2.0 * (d.len() + 4) as f64 * f64::EPSILON * self.steady.amax() * d.abs().sum();
         ReferenceShare {
-            rate: self.sum.support(&d),
-            steady: self.steady.tr_mul(&d),
-            steady_error: self.contraction.dual_norm(&d) * worst + rounding,
-            drift: self.contraction.dual_norm(&d) * self.drift,
-            load: self.load(&d),
+            rate,
+            steady: self.steady.tr_mul(d),
+            steady_error: self.contraction.dual_norm(d) * worst + rounding,
+            drift: self.contraction.dual_norm(d) * self.drift,
+            load: self.load(d),
         }
     }
 

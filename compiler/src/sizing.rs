@@ -7,6 +7,7 @@
 //! once more with upper bounds that include rounding.
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
+mod appraise;
 mod diagnose;
 mod program;
 mod settle;
@@ -23,6 +24,8 @@ use crate::sets::{Sets, closed_loop_z, floor_support, import_gain, least_offsets
 pub use program::CAP;
 use program::{Asks, Goal, Program};
 
+pub use appraise::{Aim, Merit, Stage};
+
 /// After this point: (21), (22), (25a), (25b), (26), and (35a') where measurements err, hold with the recorded slack, which
 /// is never negative, and no set is empty.
 #[derive(Debug)]
@@ -32,6 +35,8 @@ pub struct Sizing {
     pub subsystems: Vec<SubsystemSizing>,
     /// The tightened limits of (26), per coupling constraint.
     pub l_tilde: Vec<f64>,
+    /// What the program maximised, at its solution: the weighted sum of logarithms of [`crate::network::Wishes`].
+    pub objective: f64,
     /// Every inclusion that Theorem 1 leans on, with what is left of it.
     pub slacks: Vec<Slack>,
     /// What another reserve would mean, for the summary; the chosen point has `reserve` 1.
@@ -87,7 +92,7 @@ pub struct TradePoint {
 
 /// The multipliers of one subsystem: what makes the program linear.
 #[derive(Debug, Clone)]
-struct Proofs {
+pub struct Proofs {
     /// Normals of E_i and of Sigma_i: those of the stage before, or fewer.
     tube_normals: DMatrix<f64>,
     terminal_normals: DMatrix<f64>,
@@ -110,6 +115,22 @@ struct Context<'a> {
     sets: &'a Sets,
 }
 
+/// Why the program has no optimum.
+enum Failure {
+    NoProof(Diagnostics),
+    /// With the best multipliers known.
+    NoPoint(Vec<Proofs>, Answer),
+}
+
+impl Failure {
+    fn explained(self, context: &Context) -> Diagnostics {
+        match self {
+            Self::NoProof(mistakes) => mistakes,
+            Self::NoPoint(proofs, answer) => diagnose::no_point(context, proofs, answer),
+        }
+    }
+}
+
 impl Sizing {
     /// # Errors
     /// E0406 disturbances and measurement errors, E0401 epsilon leave no room for any set-point, E0402 the wanted reserve,
@@ -117,7 +138,9 @@ impl Sizing {
     /// inclusion does not survive rounding.
     pub fn new(network: &Network, gains: &Gains, sets: &Sets) -> Result<Self, Diagnostics> {
         let context = Context { network, gains, sets };
-        let (program, point) = context.optimise()?;
+        let (program, point) =
+            context.optimise(&Asks::default(), ROUNDS).map_err(|failure| failure.explained(&context))?;
+        let (program, point) = context.without_idle_strips(&program).unwrap_or((program, point));
         let mut sizing = settle::settle(&context, &program, &point)?;
         sizing.slacks = verify::verify(&context, &program.proofs, &sizing)?;
         settle::admit_drift(&context, &program, &mut sizing);
@@ -136,11 +159,11 @@ const ROUNDS: usize = 6;
 
 impl Context<'_> {
     /// Alternates between the program and its multipliers until a round gains less than 1e-4 of the objective.
-    fn optimise(&self) -> Result<(Program, Vec<f64>), Diagnostics> {
-        let (mut program, mut point) = self.first_point()?;
-        for _ in 0..ROUNDS {
+    fn optimise(&self, asks: &Asks, rounds: usize) -> Result<(Program, Vec<f64>), Failure> {
+        let (mut program, mut point) = self.first_point(asks, rounds)?;
+        for _ in 0..rounds {
             let Some(proofs) = self.better_proofs(&program, &point) else { break };
-            let next = Program::new(self, proofs, &Asks::default());
+            let next = Program::new(self, proofs, asks);
             let Answer::Point(better) = next.solve() else { break };
             let gain = next.objective(&better) - program.objective(&point);
             if gain <= 0.0 {
@@ -151,34 +174,38 @@ impl Context<'_> {
                 break;
             }
         }
-        Ok(self.without_idle_strips(&program).unwrap_or((program, point)))
+        Ok((program, point))
     }
 
     /// Any point that grants what is asked. Where the nominal multipliers give none, better ones are looked for on the
     /// way to the largest share of it.
-    fn first_point(&self) -> Result<(Program, Vec<f64>), Diagnostics> {
-        let mut proofs = self.nominal_proofs()?;
-        for _ in 0..ROUNDS {
-            let program = Program::new(self, proofs.clone(), &Asks::default());
+    fn first_point(&self, asks: &Asks, rounds: usize) -> Result<(Program, Vec<f64>), Failure> {
+        let mut proofs = self.nominal_proofs().map_err(Failure::NoProof)?;
+        for _ in 0..rounds {
+            let program = Program::new(self, proofs.clone(), asks);
             match program.solve() {
                 Answer::Point(point) => return Ok((program, point)),
-                answer => match self.towards(Goal::All, &proofs).or_else(|| self.less_disturbed(&proofs)) {
-                    Some(better) => proofs = better,
-                    None => return Err(diagnose::no_point(self, proofs, answer)),
-                },
+                answer => {
+                    let all = Asks { goal: Goal::All, ..asks.clone() };
+                    match self.towards(&all, &proofs).or_else(|| self.less_disturbed(asks, &proofs)) {
+                        Some(better) => proofs = better,
+                        None => return Err(Failure::NoPoint(proofs, answer)),
+                    }
+                }
             }
         }
-        Err(diagnose::no_point(self, proofs, Answer::Infeasible))
+        Err(Failure::NoPoint(proofs, Answer::Infeasible))
     }
 
     /// Multipliers at the largest share of the disturbances that leaves any set-point.
-    fn less_disturbed(&self, proofs: &[Proofs]) -> Option<Vec<Proofs>> {
-        self.network.is_disturbed().then(|| self.towards(Goal::Disturbance, proofs)).flatten()
+    fn less_disturbed(&self, asks: &Asks, proofs: &[Proofs]) -> Option<Vec<Proofs>> {
+        let asks = Asks { goal: Goal::Disturbance, ..asks.clone() };
+        self.network.is_disturbed().then(|| self.towards(&asks, proofs)).flatten()
     }
 
-    /// Multipliers at the optimum of a goal; `None` where there is none.
-    fn towards(&self, goal: Goal, proofs: &[Proofs]) -> Option<Vec<Proofs>> {
-        let program = Program::new(self, proofs.to_vec(), &Asks { goal, ..Asks::default() });
+    /// Multipliers at the optimum of what is asked; `None` where there is none.
+    fn towards(&self, asks: &Asks, proofs: &[Proofs]) -> Option<Vec<Proofs>> {
+        let program = Program::new(self, proofs.to_vec(), asks);
         match program.solve() {
             Answer::Point(point) => self.better_proofs(&program, &point),
             _ => None,

@@ -64,6 +64,7 @@ pub struct Sizing {
     pub end_weight: Option<At<f64>>,
     pub facet_loss: Option<At<f64>>,
     pub symmetric: Option<bool>,
+    pub effort: Option<At<i64>>,
 }
 
 /// `[collective]`: model (5).

@@ -8,6 +8,7 @@ use crate::gains::{Layer, origin};
 use crate::network::{Network, Norm, Signal, Subsystem};
 use crate::notices::notices;
 use crate::sizing::{Slack, SubsystemSizing, TradePoint};
+use crate::tuning::{DesignFigures, Figures, Tuning};
 
 /// Margins of Assumptions 1 to 4, sizes of the sets, problems and tables, the smallest slack of every equation, and
 /// what a larger reserve would cost. The same design gives the same text; no line is longer than 100 columns.
@@ -28,6 +29,7 @@ impl fmt::Display for Summary<'_> {
         let lines = [
             vec![self.title()],
             self.assumptions(),
+            self.tuning(),
             self.references(),
             (0..self.design.network.subsystems.len()).flat_map(|i| self.subsystem(i)).collect(),
             self.coupling(),
@@ -70,6 +72,32 @@ impl Summary<'_> {
             distinct.into_iter().collect::<Vec<_>>().join(" or ")
         };
         format!("  gains: K {}, calK {}", of(Layer::Local), of(Layer::Reference))
+    }
+
+    /// What the search for gains has brought, beside the plain design.
+    fn tuning(&self) -> Vec<String> {
+        let Some(Tuning { effort, compared, plain, tuned }) = &self.design.tuning else { return Vec::new() };
+        let design = |figure: fn(&DesignFigures) -> Option<f64>| {
+            let of = |figures: &Figures| figures.design.as_ref().ok().and_then(figure);
+            (of(plain), of(tuned))
+        };
+        let mut rows = vec![format!("  {:<41}{:>14}{:>14}", "", "effort 0", format!("effort {}", effort.level()))];
+        let mut row = |what: &str, (plain, tuned): (Option<f64>, Option<f64>)| {
+            if plain.or(tuned).is_some() {
+                let cell = |value: Option<f64>| value.map_or("-".to_owned(), short);
+                rows.push(format!("  {what:<41}{:>14}{:>14}", cell(plain), cell(tuned)));
+            }
+        };
+        row("eps", design(|d| Some(d.epsilon)));
+        row("eps with this cover, reserve of effort 0", design(|d| d.covered_epsilon));
+        row("volume of Y", design(|d| Some(d.y_volume)));
+        row("reserve, geometric mean of Delta^z", design(|d| d.reserve));
+        row("objective of the sizing", design(|d| Some(d.objective)));
+        row("small gain", (plain.rho_small_gain, tuned.rho_small_gain));
+        row("spectral radius of A + BK", (Some(plain.rho_F), Some(tuned.rho_F)));
+        row("spectral radius of calF", (Some(plain.rho_calF), Some(tuned.rho_calF)));
+        rows.extend(plain.design.as_ref().err().map(|why| format!("  without the search: {why}")));
+        titled(&format!("Gains were searched for; {} compared", count(*compared, "design")), rows)
     }
 
     fn references(&self) -> Vec<String> {
@@ -199,7 +227,7 @@ fn count(number: usize, noun: &str) -> String {
 }
 
 /// Four significant digits.
-pub(crate) fn short(number: f64) -> String {
+pub fn short(number: f64) -> String {
     let rounded = format!("{number:.3e}").parse().unwrap_or(number);
     let plain = rounded == 0.0 || (1e-3..1e6).contains(&f64::abs(rounded));
     if plain { format!("{rounded}") } else { format!("{rounded:e}") }

@@ -83,6 +83,32 @@ fn controllers_and_design_are_written_together_or_not_at_all() {
 }
 
 #[test]
+fn the_effort_of_the_command_line_wins_over_the_files() {
+    let folder = Folder::new("effort");
+    fs::write(folder.0.join("system.toml"), GOOD.replace("[reference]", "[sizing]\neffort = 1\n\n[reference]"))
+        .unwrap();
+    let tuned = folder.run(&["system.toml", "--gains-out", "gains.toml"]);
+    assert_eq!(tuned.status.code(), Some(0), "{}", stderr(&tuned));
+    assert_eq!(stderr(&tuned), "", "a progress bar is for terminals");
+    for word in ["searched", "effort 0", "effort 1", "volume of Y", "Tuning"] {
+        assert!(stdout(&tuned).contains(word), "no {word} in {}", stdout(&tuned));
+    }
+    let longest = stdout(&tuned).lines().map(|line| line.chars().count()).max();
+    assert!(longest <= Some(100), "{longest:?}");
+    let gains = fs::read_to_string(folder.0.join("gains.toml")).unwrap();
+    let table: toml::Table = gains.parse().unwrap();
+    assert!(["K", "Kx", "Ke"].iter().all(|key| table["subsystem"]["left"].get(key).is_some()), "{gains}");
+    assert!(folder.read("generated/four_tank/left.rs").contains("--effort 1"));
+
+    let plain = folder.run(&["system.toml", "--effort", "0"]);
+    assert!(!stdout(&plain).contains("searched"), "{}", stdout(&plain));
+    fs::write(folder.0.join("system.toml"), GOOD).unwrap();
+    let without = folder.run(&["system.toml"]);
+    assert!(stdout(&without).contains("Unchanged:"), "{}", stdout(&without));
+    assert_eq!(folder.run(&["system.toml", "--effort", "4"]).status.code(), Some(2));
+}
+
+#[test]
 fn a_wrong_call_is_a_usage_error() {
     let folder = Folder::new("usage");
     assert_eq!(folder.run(&[]).status.code(), Some(2));
@@ -103,6 +129,10 @@ impl Folder {
 
     fn run(&self, arguments: &[&str]) -> Output {
         Command::new(env!("CARGO_BIN_EXE_dpc-codegen")).args(arguments).current_dir(&self.0).output().unwrap()
+    }
+
+    fn read(&self, path: &str) -> String {
+        fs::read_to_string(self.0.join(path)).unwrap()
     }
 
     fn files(&self, folder: &str) -> Vec<String> {

@@ -16,12 +16,14 @@ const RUNTIME: (u32, u32) = (0, 1);
 pub fn header(design: &Design, what: &str) -> String {
     let (file, folder) = (source_file(design), super::package_folder(&design.network));
     let (major, minor) = RUNTIME;
+    let effort =
+        design.tuning.as_ref().map(|tuning| format!(" --effort {}", tuning.effort.level())).unwrap_or_default();
     format!(
         "// {}.\n\
          //\n\
          // Written by dpc-codegen {} from {file}; do not edit. To make it again:\n\
          //\n\
-         //     dpc-codegen {file} --out {folder}\n\
+         //     dpc-codegen {file} --out {folder}{effort}\n\
          //\n\
          // Fits dpc-runtime {major}.{minor}. Numbers are in the units of {file}, as deviations from its operating point.\n",
         one_line(what),

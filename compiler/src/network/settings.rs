@@ -4,6 +4,7 @@ use super::words::number;
 use super::{Norm, Reference, Wishes};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::spec::{At, Spec};
+use crate::tuning::Effort;
 
 const DEFAULT_GAMMA: f64 = 1e-6;
 /// The condensed problems grow with the square of the horizon.
@@ -14,6 +15,7 @@ pub(super) struct Settings {
     pub horizon: usize,
     pub reference: Reference,
     pub wishes: Wishes,
+    pub effort: Effort,
 }
 
 pub(super) fn settings(spec: &Spec, errors: &mut Diagnostics) -> Option<Settings> {
@@ -21,7 +23,14 @@ pub(super) fn settings(spec: &Spec, errors: &mut Diagnostics) -> Option<Settings
     let horizon = horizon(&spec.horizon, errors);
     let reference = reference(spec, errors);
     let wishes = wishes(spec, errors);
-    Some(Settings { sample_time: sample_time?, horizon: horizon?, reference: reference?, wishes: wishes? })
+    let effort = effort(&spec.sizing.effort, errors);
+    Some(Settings {
+        sample_time: sample_time?,
+        horizon: horizon?,
+        reference: reference?,
+        wishes: wishes?,
+        effort: effort?,
+    })
 }
 
 fn horizon(given: &At<i64>, errors: &mut Diagnostics) -> Option<usize> {
@@ -32,6 +41,19 @@ fn horizon(given: &At<i64>, errors: &mut Diagnostics) -> Option<usize> {
         errors.push(error.at(given.place.clone(), label).note("it is N of (33): the steps the controllers look ahead"));
     }
     horizon
+}
+
+fn effort(given: &Option<At<i64>>, errors: &mut Diagnostics) -> Option<Effort> {
+    let Some(given) = given else { return Some(Effort::default()) };
+    let effort = u8::try_from(given.value).ok().and_then(Effort::new);
+    if effort.is_none() {
+        let error = Diagnostic::error(code::OUT_OF_RANGE, "`effort` is out of range");
+        let label = format!("{}, expected 0 to {}", given.value, Effort::MOST);
+        errors.push(
+            error.at(given.place.clone(), label).note("it says how long to search for better gains; 0: not at all"),
+        );
+    }
+    effort
 }
 
 fn reference(spec: &Spec, errors: &mut Diagnostics) -> Option<Reference> {

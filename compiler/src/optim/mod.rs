@@ -1,5 +1,6 @@
 //! Mathematics of optimisation and linear systems; knows no subsystem.
 
+pub mod climb;
 pub mod conic;
 pub mod lmi;
 pub mod lp;

@@ -64,7 +64,7 @@ use crate::network::Subsystem;
 use crate::optim::rounding::sum_upper;
 
 /// The part D_i + B_ii K_i V of W_i, and M_i times what the loads may have changed since the references knew them.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Exogenous {
     w: Option<Bounded>,
     /// B_ii K_i, n x n, and |B_ii| |K_i|.

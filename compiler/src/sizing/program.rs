@@ -16,6 +16,8 @@ pub struct Asks {
     pub epsilon: Option<f64>,
     /// Delta_i^z, fixed.
     pub dz: Option<Vec<DVector<f64>>>,
+    /// The wanted reserve, instead of the network's.
+    pub reserve: Option<Vec<DVector<f64>>>,
     /// Replace the logarithms by one linear goal.
     pub goal: Goal,
 }
@@ -28,6 +30,8 @@ pub enum Goal {
     Wishes,
     /// A common factor (at most 1) on disturbances, measurement errors and loads; epsilon is free, reserve and cover are dropped.
     Disturbance,
+    /// The same logarithms without those of Y_i and Delta_i^z: the largest epsilon that leaves cover and reserve.
+    Speed,
     /// Epsilon; reserve and cover are dropped.
     Epsilon,
     /// A common factor (at most 1) on the wanted reserve; cover is dropped.
@@ -290,7 +294,8 @@ impl Program {
             let natural = context.sets.subsystems[i].scales.z[k];
             self.at_least_zero([(dz, 1.0)], -LEAST * natural);
             self.at_least_zero([(dz, -1.0)], CAP * natural);
-            self.at_least(dz, s.reserve[k], asks.goal, Goal::Reserve);
+            let reserve = asks.reserve.as_ref().map_or(s.reserve[k], |reserve| reserve[i][k]);
+            self.at_least(dz, reserve, asks.goal, Goal::Reserve);
         }
         for (k, (max, min)) in v.y_max.zip(v.y_min).enumerate() {
             let (low, high) = s.cover[k].unwrap_or((0.0, 0.0));
@@ -341,7 +346,7 @@ impl Program {
 
     fn goal(&mut self, context: &Context, goal: Goal) {
         match (goal, self.epsilon, self.factor) {
-            (Goal::Wishes, ..) => self.wishes(context),
+            (Goal::Wishes | Goal::Speed, ..) => self.wishes(context, goal),
             (_, _, Some(factor)) => {
                 self.at_least_zero([(factor, -1.0)], 1.0);
                 self.problem.linear.push((factor, 1.0));
@@ -355,16 +360,18 @@ impl Program {
         }
     }
 
-    fn wishes(&mut self, context: &Context) {
+    fn wishes(&mut self, context: &Context, goal: Goal) {
         let wishes = &context.network.wishes;
         for (v, s) in self.variables.clone().into_iter().zip(&context.network.subsystems) {
-            for ((max, min), weight) in v.y_max.zip(v.y_min).zip(&s.y_weights) {
-                self.log(wishes.y_weight * weight, [(max, 1.0), (min, 1.0)]);
-                for end in [max, min] {
-                    self.log(wishes.y_weight * weight * wishes.end_weight, [(end, 1.0)]);
+            if goal == Goal::Wishes {
+                for ((max, min), weight) in v.y_max.zip(v.y_min).zip(&s.y_weights) {
+                    self.log(wishes.y_weight * weight, [(max, 1.0), (min, 1.0)]);
+                    for end in [max, min] {
+                        self.log(wishes.y_weight * weight * wishes.end_weight, [(end, 1.0)]);
+                    }
                 }
+                v.dz.for_each(|dz| self.log(wishes.reserve_weight, [(dz, 1.0)]));
             }
-            v.dz.for_each(|dz| self.log(wishes.reserve_weight, [(dz, 1.0)]));
             v.upset.for_each(|upset| self.log(wishes.terminal_weight, [(upset, 1.0)]));
         }
         if let Epsilon::Free(k) = self.epsilon {

@@ -26,7 +26,9 @@ pub fn settle(context: &Context, program: &Program, point: &[f64]) -> Result<Siz
     for (i, ((q, zeta), dz)) in tubes.into_iter().zip(dz).enumerate() {
         subsystems.push(subsystem(context, program, point, i, q, zeta, dz));
     }
-    let mut sizing = Sizing { epsilon, subsystems, l_tilde: Vec::new(), slacks: Vec::new(), trade: Vec::new() };
+    let objective = program.objective(point);
+    let (slacks, trade) = Default::default();
+    let mut sizing = Sizing { epsilon, subsystems, l_tilde: Vec::new(), objective, slacks, trade };
     fit_outputs(context, program, &mut sizing);
     for sized in &mut sizing.subsystems {
         sized.upset = half_axes(&sized.Sigma);

@@ -106,9 +106,14 @@ fn sizing(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Sizing> {
     let [y_weight, reserve_weight, terminal_weight, epsilon_weight, end_weight, facet_loss] =
         keys.map(|key| table.optional(key, errors, finite));
     let symmetric = table.optional("symmetric", errors, boolean);
+    let effort = table.optional("effort", errors, integer);
     table.refuse_unknown(errors);
     let place = Some(value.place.clone());
-    Some(Sizing { place, y_weight, reserve_weight, terminal_weight, epsilon_weight, end_weight, facet_loss, symmetric })
+    #[rustfmt::skip]
+    let sizing = Sizing {
+        place, y_weight, reserve_weight, terminal_weight, epsilon_weight, end_weight, facet_loss, symmetric, effort,
+    };
+    Some(sizing)
 }
 
 fn collective(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Collective> {

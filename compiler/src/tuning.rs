@@ -1,0 +1,115 @@
+//! Search for gains that make the whole design better, before the design itself.
+//!
+//! What is better is decided in this order: stable loops; a small-gain radius with a margin; sets; the wishes of the file,
+//! one after the other; and then what the user asked for: where epsilon is free and set-points are to be covered, the
+//! largest epsilon with that cover at the reserve of the plain design; else the objective of [`crate::sizing`].
+//!
+//! Three moves: the K_i by themselves for the small gain, whose rows are local functions of them; the Riccati weights
+//! of all subsystems, three common factors; the entries of K_i and calK_i, block after block. Everything is a simplex
+//! search in a fixed order, so that the same input gives the same gains. Gains that the file states are left alone.
+#![expect(non_snake_case, reason = "the paper's symbols")]
+
+mod blocks;
+mod candidate;
+mod coupling;
+mod figures;
+mod frozen;
+mod judge;
+mod search;
+
+use crate::diagnostic::Diagnostics;
+use crate::gains::Gains;
+use crate::network::Network;
+use candidate::{Candidate, Layer};
+pub use figures::{DesignFigures, Figures};
+pub use frozen::frozen;
+use judge::Judge;
+use search::{Found, Search};
+
+/// How long to search: 0 not at all, 1 tens of comparisons, 2 hundreds, 3 thousands.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Effort(u8);
+
+impl Effort {
+    /// The largest level.
+    pub const MOST: u8 = 3;
+
+    /// `None` above [`Effort::MOST`].
+    pub fn new(level: u8) -> Option<Self> {
+        (level <= Self::MOST).then_some(Self(level))
+    }
+
+    pub fn level(self) -> u8 {
+        self.0
+    }
+
+    /// Designs that are compared at most.
+    pub fn budget(self) -> usize {
+        [0, 60, 600, 6000][usize::from(self.0)]
+    }
+}
+
+/// What a search found. The network it comes with has the gains as given ones.
+#[derive(Debug, Clone)]
+pub struct Tuning {
+    pub effort: Effort,
+    /// Gains that were compared.
+    pub compared: usize,
+    /// The plain design, effort 0.
+    pub plain: Figures,
+    /// The design with the gains found.
+    pub tuned: Figures,
+}
+
+/// Where a search stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    pub compared: usize,
+    /// The most that will be compared.
+    pub budget: usize,
+}
+
+/// Who wants to know how a design proceeds: clocks and progress bars.
+pub trait Watch {
+    /// A stage of the pipeline has ended.
+    fn stage(&mut self, _name: &'static str) {}
+    /// One more design was compared.
+    fn searched(&mut self, _progress: Progress) {}
+}
+
+impl Watch for () {}
+
+impl Tuning {
+    /// Searches as long as `effort` says; returns the network with the gains found as given ones. `None` where effort is
+    /// 0, the file leaves no gain open, or there are no gains to start from: then the plain design says why.
+    pub fn new(network: &Network, effort: Effort, watch: &mut dyn Watch) -> Option<(Network, Self)> {
+        let plain = start(network).filter(|_| effort.budget() > 0)?;
+        let judge = Judge::new(network, effort.budget(), watch);
+        let Found { gains, compared, plain, tuned } = Search::new(judge, plain).run();
+        let tuning = Self { effort, compared, plain, tuned };
+        Some((gains.network(network), tuning))
+    }
+
+    /// Mistakes of a design whose gains were searched for say so.
+    pub fn explain(self, mut mistakes: Diagnostics) -> Diagnostics {
+        let level = self.effort.level();
+        let note =
+            format!("gains were searched for with effort {level}: of {} compared, these came closest", self.compared);
+        if let Some(first) = mistakes.0.first_mut() {
+            first.notes.push(note);
+        }
+        mistakes
+    }
+}
+
+/// The plain gains, or where they do not stabilise the network, what the Riccati equations give.
+fn start(network: &Network) -> Option<Candidate> {
+    let open = |layer| network.subsystems.iter().any(|s| blocks::is_open(s, layer));
+    if !open(Layer::Local) && !open(Layer::Reference) {
+        return None;
+    }
+    match Gains::new(network) {
+        Ok(gains) => Some(Candidate::of(&gains)),
+        Err(_) => Candidate::local(&network.subsystems),
+    }
+}

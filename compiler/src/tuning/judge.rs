@@ -1,0 +1,102 @@
+//! The merit of gains, at the price of as little of a design as possible.
+
+use super::candidate::Candidate;
+use super::{Progress, Watch};
+use crate::diagnostic::Diagnostics;
+use crate::gains::Gains;
+use crate::network::Network;
+use crate::sets::{Sets, Sums, small_gain_matrix};
+use crate::sizing::{Aim, Merit, Proofs, Sizing, Stage};
+
+/// Compares candidates and counts them.
+pub struct Judge<'a> {
+    pub network: &'a Network,
+    pub aim: Aim,
+    /// The largest small-gain radius that is not held against a candidate.
+    pub most_gain: f64,
+    pub compared: usize,
+    budget: usize,
+    basis: Option<Basis>,
+    watch: &'a mut dyn Watch,
+}
+
+/// What depends on the K_i alone.
+struct Basis {
+    candidate: Candidate,
+    sets: Sets,
+    proofs: Vec<Proofs>,
+}
+
+impl<'a> Judge<'a> {
+    pub fn new(network: &'a Network, budget: usize, watch: &'a mut dyn Watch) -> Self {
+        Self { network, aim: Aim::Wishes, most_gain: f64::INFINITY, compared: 0, budget, basis: None, watch }
+    }
+
+    pub fn left(&self) -> usize {
+        self.budget.saturating_sub(self.compared)
+    }
+
+    /// Stages are passed in order, and the first that fails ends it.
+    pub fn merit(&mut self, candidate: &Candidate) -> Merit {
+        self.compared += 1;
+        self.watch.searched(Progress { compared: self.compared.min(self.budget), budget: self.budget });
+        let network = candidate.network(self.network);
+        match Gains::new(&network) {
+            Ok(gains) => self.of_stable(candidate, &network, &gains),
+            Err(_) => Merit { stage: Stage::Unstable, value: -candidate.radii(self.network).largest() },
+        }
+    }
+
+    fn of_stable(&mut self, candidate: &Candidate, network: &Network, gains: &Gains) -> Merit {
+        if let Some(basis) = self.basis.as_ref().filter(|basis| basis.candidate.same_local(candidate)) {
+            return match basis.sets.with_references(network, gains, Sums::Estimated) {
+                Ok(sets) => self.aim.appraise_with(network, gains, &sets, &basis.proofs),
+                Err(_) => Merit { stage: Stage::Shapeless, value: -basis.sets.rho_small_gain },
+            };
+        }
+        let (_, radius) = small_gain_matrix(network, &gains.subsystems);
+        if radius.is_nan() || radius > self.most_gain {
+            return Merit { stage: Stage::Coupled, value: if radius.is_nan() { f64::NEG_INFINITY } else { -radius } };
+        }
+        let Ok(sets) = Sets::with_sums(network, gains, Sums::Estimated) else {
+            return Merit { stage: Stage::Shapeless, value: -radius };
+        };
+        let (merit, proofs) = self.aim.appraise(network, gains, &sets);
+        if let Some(proofs) = proofs {
+            self.basis = Some(Basis { candidate: candidate.clone(), sets, proofs });
+        }
+        merit
+    }
+
+    /// Ends the search: what is left is too little for the next move.
+    pub fn exhaust(&mut self) {
+        self.budget = self.budget.min(self.compared);
+    }
+
+    /// Makes the multipliers anew at the next candidate.
+    pub fn forget(&mut self) {
+        self.basis = None;
+    }
+
+    /// The design these gains allow, by the stages of the pipeline, and its merit.
+    ///
+    /// # Errors
+    /// The mistakes of the first stage that finds any.
+    pub fn design(&self, candidate: &Candidate, sums: Sums) -> Result<Judged, Diagnostics> {
+        let network = candidate.network(self.network);
+        let gains = Gains::new(&network)?;
+        let sets = Sets::with_sums(&network, &gains, sums)?;
+        let sizing = Sizing::new(&network, &gains, &sets)?;
+        let merit = self.aim.appraise(&network, &gains, &sets).0;
+        let covered_epsilon = self.aim.covered_epsilon(&network, &gains, &sets);
+        Ok(Judged { sizing, merit, covered_epsilon })
+    }
+}
+
+/// A whole design.
+pub struct Judged {
+    pub sizing: Sizing,
+    pub merit: Merit,
+    /// The epsilon of [`Aim::Speed`].
+    pub covered_epsilon: Option<f64>,
+}
