@@ -6,6 +6,7 @@ mod interconnection;
 mod pairing;
 mod settle;
 
+use lapack_symbols::singular_values;
 use nalgebra::DMatrix;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
@@ -263,8 +264,7 @@ impl Collective {
         matrix.view_mut((0, n), (n, m)).copy_from(&-&self.B);
         matrix.view_mut((n, 0), (p, n)).copy_from(&self.C);
         equilibrate(&mut matrix);
-        let singular = matrix.singular_values();
-        let margin = singular.min() / singular.max();
+        let margin = singular_values(&matrix).map_or(0.0, |values| values.min() / values.max());
         if margin > 1e-9 { Ok(margin) } else { Err(assumption_2_fails(network, margin)) }
     }
 
@@ -358,7 +358,7 @@ fn hautus(A: &DMatrix<f64>, B: &DMatrix<f64>, (re, im): (f64, f64)) -> f64 {
             (false, false) => 0.0,
         }
     });
-    pencil.singular_values().min()
+    singular_values(&pencil).map_or(0.0, |values| values.min())
 }
 
 fn mode(eigenvalue: (f64, f64)) -> String {

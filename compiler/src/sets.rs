@@ -7,6 +7,7 @@ pub mod loads;
 
 use std::collections::BTreeMap;
 
+use lapack_symbols::singular_values;
 use nalgebra::{DMatrix, DVector};
 
 use crate::convex::{Invariant, Polytope, PowerSum, multiplier, multipliers, rpi_at_least};
@@ -455,8 +456,8 @@ fn rank(rows: &DMatrix<f64>) -> usize {
     if rows.nrows() == 0 {
         return 0;
     }
-    let singular = rows.singular_values();
-    singular.iter().filter(|value| **value > 1e-9 * singular.max()).count()
+    let values = singular_values(rows);
+    values.map_or(0, |values| values.iter().filter(|value| **value > 1e-9 * values[0]).count())
 }
 
 /// Leaves out every normal whose absence costs less than `loss` (relative) in each needed direction.

@@ -13,6 +13,7 @@ mod program;
 mod settle;
 mod verify;
 
+use lapack_symbols::singular_values;
 use nalgebra::{DMatrix, DVector};
 
 use crate::convex::{Box, Invariant, Multiplier, Polytope, Strips, multipliers, rpi_at_least};
@@ -288,8 +289,8 @@ impl Proofs {
         if others.len() < self.terminal_normals.ncols() {
             return false;
         }
-        let singular = self.terminal_normals.select_rows(&others).singular_values();
-        singular.min() > 1e-6 * singular.max()
+        let values = singular_values(&self.terminal_normals.select_rows(&others));
+        values.is_some_and(|values| values.min() > 1e-6 * values.max())
     }
 
     /// Without the strips of Sigma_i that only their own invariance uses.

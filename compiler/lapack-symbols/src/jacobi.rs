@@ -30,6 +30,17 @@ pub(crate) fn svd(a: &View<'_>) -> Option<Svd> {
     Some(Svd { values, u: v, v: u })
 }
 
+/// Singular values of a matrix, descending, min(rows, columns) of them; `None` where an entry is not finite.
+///
+/// Each is off by at most a small multiple of the rounding unit times the largest, singular matrices included.
+pub fn singular_values(a: &DMatrix<f64>) -> Option<DVector<f64>> {
+    if a.iter().any(|entry| !entry.is_finite()) {
+        return None;
+    }
+    let tall_one = if a.nrows() >= a.ncols() { a.clone() } else { a.transpose() };
+    tall(tall_one).map(|svd| svd.values)
+}
+
 /// At least as many rows as columns: rotates pairs of columns until all are orthogonal.
 fn tall(mut a: DMatrix<f64>) -> Option<Svd> {
     let n = a.ncols();

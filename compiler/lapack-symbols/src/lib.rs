@@ -4,8 +4,8 @@
 //! Every common provider needs a Fortran or C compiler, a system package or a download. This package brings them over
 //! `nalgebra` instead, so that cargo alone builds the compiler, also inside a build script.
 //!
-//! Whoever links it says `use lapack_symbols as _;`: there is nothing to call from Rust. A program must not link
-//! another BLAS or LAPACK besides.
+//! Whoever links it says `use lapack_symbols as _;`. A program must not link another BLAS or LAPACK besides. From Rust
+//! there is one function to call: [`singular_values`], because nalgebra's own are wrong on many singular matrices.
 //!
 //! | symbols | what they do | restrictions |
 //! |---|---|---|
@@ -27,3 +27,5 @@ mod blas;
 mod jacobi;
 mod lapack;
 mod symbols;
+
+pub use jacobi::singular_values;

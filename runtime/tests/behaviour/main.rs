@@ -6,3 +6,5 @@ mod random;
 mod reference;
 mod solver;
 mod step;
+
+use lapack_symbols as _;
