@@ -52,8 +52,7 @@ impl Design {
         let effort = effort.unwrap_or(network.effort);
         let settled = Settled::new(network.clone());
         watch.stage("Gains, Sets");
-        let start = settled.as_ref().map_or(&network, |settled| &settled.network);
-        match Tuning::new(start, effort, watch) {
+        match Tuning::new(&network, settled.as_ref().ok(), effort, watch) {
             Some((tuned, tuning)) => Self::tuned(tuned, tuning, watch),
             None => Self::of(settled?, watch),
         }
@@ -62,7 +61,7 @@ impl Design {
     /// The stages after a search for gains.
     fn tuned(network: Network, tuning: Tuning, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
         watch.stage("Tuning");
-        match Settled::new(network).and_then(|settled| Self::of(settled, watch)) {
+        match Settled::with(network).and_then(|settled| Self::of(settled, watch)) {
             Ok(design) => Ok(Self { tuning: Some(tuning), ..design }),
             Err(mistakes) => Err(tuning.explain(mistakes)),
         }

@@ -181,7 +181,7 @@ fn terminal_weight(F: &DMatrix<f64>, stage: &DMatrix<f64>) -> Option<DMatrix<f64
 }
 
 fn K_i(subsystem: &Subsystem) -> Result<DMatrix<f64>, Diagnostic> {
-    if let Some(K) = subsystem.gains.K.as_ref().or(subsystem.gains.K_lmi.as_ref()) {
+    if let Some(K) = Layer::Local.fixed(subsystem) {
         return Ok(K.clone());
     }
     let (Q, R) = &subsystem.gains.weights;
@@ -189,7 +189,7 @@ fn K_i(subsystem: &Subsystem) -> Result<DMatrix<f64>, Diagnostic> {
 }
 
 fn calK_i(subsystem: &Subsystem) -> Result<DMatrix<f64>, Diagnostic> {
-    if let Some(calK) = subsystem.gains.calK.as_ref().or(subsystem.gains.calK_lmi.as_ref()) {
+    if let Some(calK) = Layer::Reference.fixed(subsystem) {
         return Ok(calK.clone());
     }
     let (Q, R) = &subsystem.gains.reference_weights;
@@ -361,6 +361,11 @@ fn hautus(A: &DMatrix<f64>, B: &DMatrix<f64>, (re, im): (f64, f64)) -> f64 {
     singular_values(&pencil).map_or(0.0, |values| values.min())
 }
 
+/// What rounding leaves of a zero is one.
+fn small(value: f64) -> String {
+    if value < 1e-13 { "0".to_owned() } else { format!("{value:.2e}") }
+}
+
 fn mode(eigenvalue: (f64, f64)) -> String {
     let (re, im) = eigenvalue;
     if im == 0.0 {
@@ -378,8 +383,9 @@ fn unstabilisable(subsystem: &Subsystem) -> Diagnostic {
     .at(subsystem.places.or_header(&subsystem.places.B), "these inputs do not reach every unstable mode");
     let error = match stuck_mode(&subsystem.A, &subsystem.B) {
         Some((eigenvalue, distance)) => error.note(format!(
-            "the mode of A_ii with eigenvalue {} is out of reach: the smallest singular value of [lambda I - A, B] is {distance:.2e}",
-            mode(eigenvalue)
+            "the mode of A_ii with eigenvalue {} is out of reach: the smallest singular value of [lambda I - A, B] is {}",
+            mode(eigenvalue),
+            small(distance)
         )),
         None => error.note("the Riccati equation for K_i has no stabilising solution"),
     };
@@ -398,8 +404,9 @@ fn unstabilisable_reference(subsystem: &Subsystem) -> Diagnostic {
     );
     let error = match stuck_mode(&A, &B) {
         Some((eigenvalue, distance)) => error.note(format!(
-            "the reference system (7) has the mode {} out of reach: the smallest singular value of [lambda I - calA, calB] is {distance:.2e}",
-            mode(eigenvalue)
+            "the reference system (7) has the mode {} out of reach: the smallest singular value of [lambda I - calA, calB] is {}",
+            mode(eigenvalue),
+            small(distance)
         )),
         None => error.note("the Riccati equation for calK_i has no stabilising solution"),
     };

@@ -175,14 +175,27 @@ pub struct GainWishes {
     pub K: Option<DMatrix<f64>>,
     /// [K_i^x K_i^e], m x (n + p).
     pub calK: Option<DMatrix<f64>>,
-    /// K_i from the matrix inequality, where it was used instead of the Riccati equation; see [`crate::gains::Settled`].
-    pub K_lmi: Option<DMatrix<f64>>,
+    /// K_i, where something better than the Riccati equation was found; see [`crate::gains::Settled`], [`crate::tuning`].
+    pub K_found: Option<FoundGain>,
     /// Likewise calK_i.
-    pub calK_lmi: Option<DMatrix<f64>>,
+    pub calK_found: Option<FoundGain>,
     /// State and input weight of the Riccati equation for K_i; default Q_i and R_i.
     pub weights: (DMatrix<f64>, DMatrix<f64>),
     /// Weight of (x, e), (n + p) square, and of u in the Riccati equation for calK_i; default diag(Q_i, 0.1 I), R_i.
     pub reference_weights: (DMatrix<f64>, DMatrix<f64>),
+}
+
+/// A gain that takes the place of the Riccati equation's.
+#[derive(Debug, Clone)]
+pub struct FoundGain {
+    pub gain: DMatrix<f64>,
+    pub by: FoundBy,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FoundBy {
+    Inequality,
+    Search,
 }
 
 /// Constraint (3): `sum over j of H[j] y_j <= l`, with `H[j] y_j = Hz[j] z_j` (4).

@@ -18,12 +18,12 @@ mod judge;
 mod search;
 
 use crate::diagnostic::Diagnostics;
-use crate::gains::Gains;
+use crate::gains::{Layer, Settled};
 use crate::network::Network;
-use candidate::{Candidate, Layer};
+use candidate::Candidate;
 pub use figures::{DesignFigures, Figures};
 pub use frozen::frozen;
-use judge::Judge;
+use judge::{Budget, Judge};
 use search::{Found, Search};
 
 /// How long to search: 0 not at all, 1 tens of comparisons, 2 hundreds, 3 thousands.
@@ -80,14 +80,22 @@ pub trait Watch {
 impl Watch for () {}
 
 impl Tuning {
-    /// Searches as long as `effort` says; returns the network with the gains found as given ones. `None` where effort is
+    /// Searches as long as `effort` says; returns the network with the gains found. `None` where effort is
     /// 0, the file leaves no gain open, or there are no gains to start from: then the plain design says why.
-    pub fn new(network: &Network, effort: Effort, watch: &mut dyn Watch) -> Option<(Network, Self)> {
-        let plain = start(network).filter(|_| effort.budget() > 0)?;
-        let judge = Judge::new(network, effort.budget(), watch);
-        let Found { gains, compared, plain, tuned } = Search::new(judge, plain).run();
-        let tuning = Self { effort, compared, plain, tuned };
-        Some((gains.network(network), tuning))
+    ///
+    /// `settled` is the plain design's choice of gains, where it has one: the search starts there and from the Riccati gains.
+    pub fn new(
+        network: &Network,
+        settled: Option<&Settled>,
+        effort: Effort,
+        watch: &mut dyn Watch,
+    ) -> Option<(Network, Self)> {
+        let starts = starts(network, settled).filter(|_| effort.budget() > 0)?;
+        let finds = searched(network, starts, effort.budget(), watch);
+        let (plain, compared) = (finds.first()?.start.clone(), finds.last()?.compared);
+        let best = finds.into_iter().reduce(|best, next| if next.merit > best.merit { next } else { best })?;
+        let tuning = Self { effort, compared, plain, tuned: best.figures };
+        Some((best.gains.network(network), tuning))
     }
 
     /// Mistakes of a design whose gains were searched for say so.
@@ -102,14 +110,27 @@ impl Tuning {
     }
 }
 
-/// The plain gains, or where they do not stabilise the network, what the Riccati equations give.
-fn start(network: &Network) -> Option<Candidate> {
+/// One search from each start, with equal shares of the budget and the aim of the first that has one.
+fn searched(network: &Network, starts: Vec<Candidate>, budget: usize, watch: &mut dyn Watch) -> Vec<Found> {
+    let share = budget / starts.len();
+    let mut finds: Vec<Found> = Vec::new();
+    for start in starts {
+        let before = finds.last().map_or(0, |find| find.compared);
+        let aim = finds.iter().find_map(|find| find.aim.clone());
+        let judge = Judge::new(network, Budget { before, share, whole: budget }, &mut *watch);
+        finds.push(Search::new(judge, start, aim).run());
+    }
+    finds
+}
+
+/// The plain gains first, and those of the Riccati equations where they are others.
+fn starts(network: &Network, settled: Option<&Settled>) -> Option<Vec<Candidate>> {
     let open = |layer| network.subsystems.iter().any(|s| blocks::is_open(s, layer));
     if !open(Layer::Local) && !open(Layer::Reference) {
         return None;
     }
-    match Gains::new(network) {
-        Ok(gains) => Some(Candidate::of(&gains)),
-        Err(_) => Candidate::local(&network.subsystems),
-    }
+    let plain = settled.map(|settled| Candidate::of(&settled.gains));
+    let local = Candidate::local(&network.subsystems).filter(|local| plain.as_ref() != Some(local));
+    let starts: Vec<_> = plain.into_iter().chain(local).collect();
+    (!starts.is_empty()).then_some(starts)
 }

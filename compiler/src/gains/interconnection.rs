@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::DMatrix;
 
 use super::augmented;
-use crate::network::{Network, Subsystem};
+use crate::network::{FoundGain, Network, Subsystem};
 use crate::optim::lmi::{Interconnection, Price};
 
 /// One of the two layers of gains.
@@ -23,6 +23,27 @@ impl Layer {
         match self {
             Self::Local => subsystem.gains.K.as_ref(),
             Self::Reference => subsystem.gains.calK.as_ref(),
+        }
+    }
+
+    /// The gain that was found and takes the place of the Riccati equation's.
+    pub fn found(self, subsystem: &Subsystem) -> Option<&FoundGain> {
+        match self {
+            Self::Local => subsystem.gains.K_found.as_ref(),
+            Self::Reference => subsystem.gains.calK_found.as_ref(),
+        }
+    }
+
+    /// The gain, unless the Riccati equation has to give it.
+    pub fn fixed(self, subsystem: &Subsystem) -> Option<&DMatrix<f64>> {
+        self.given(subsystem).or_else(|| self.found(subsystem).map(|found| &found.gain))
+    }
+
+    /// Puts a found gain into the place of the Riccati equation's; a given one stays what it is.
+    pub fn put(self, subsystem: &mut Subsystem, found: Option<FoundGain>) {
+        match self {
+            Self::Local => subsystem.gains.K_found = found,
+            Self::Reference => subsystem.gains.calK_found = found,
         }
     }
 

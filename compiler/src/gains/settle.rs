@@ -7,7 +7,7 @@ use super::interconnection::Layer;
 use super::pairing::wrong_pairs;
 use super::{Collective, Gains, SubsystemGains, each};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
-use crate::network::{Network, Subsystem};
+use crate::network::{FoundBy, FoundGain, Network, Subsystem};
 use crate::sets::{Sets, small_gain_matrix, worst_reference_share};
 
 /// `gains` of the file, for subsystems that state no gains themselves.
@@ -47,7 +47,11 @@ impl Settled {
         }
     }
 
-    fn with(network: Network) -> Result<Self, Diagnostics> {
+    /// With the gains that stand in the network, and Riccati equations for the others.
+    ///
+    /// # Errors
+    /// Those of [`Gains::new`] and [`Sets::new`].
+    pub fn with(network: Network) -> Result<Self, Diagnostics> {
         let (gains, sets) = attempt(&network)?;
         Ok(Self { network, gains, sets })
     }
@@ -112,13 +116,7 @@ fn improved(network: &Network, layer: Layer) -> Result<Network, Shortfall> {
 fn with_gains(network: &Network, layer: Layer, gains: &[DMatrix<f64>]) -> Network {
     let mut network = network.clone();
     for (s, gain) in network.subsystems.iter_mut().zip(gains) {
-        if layer.given(s).is_some() {
-            continue;
-        }
-        match layer {
-            Layer::Local => s.gains.K_lmi = Some(gain.clone()),
-            Layer::Reference => s.gains.calK_lmi = Some(gain.clone()),
-        }
+        layer.put(s, Some(FoundGain { gain: gain.clone(), by: FoundBy::Inequality }));
     }
     network
 }
@@ -234,14 +232,10 @@ fn refused(network: &Network, layer: Layer, Shortfall(shortfall): &Shortfall) ->
 
 /// Where the gains of a subsystem came from, for people.
 pub fn origin(subsystem: &Subsystem, layer: Layer) -> &'static str {
-    let wishes = &subsystem.gains;
-    let by_inequality = match layer {
-        Layer::Local => wishes.K_lmi.is_some(),
-        Layer::Reference => wishes.calK_lmi.is_some(),
-    };
-    match (layer.given(subsystem).is_some(), by_inequality) {
-        (true, _) => "given",
-        (false, true) => "matrix inequality",
-        (false, false) => "local Riccati equation",
+    match (layer.given(subsystem), layer.found(subsystem).map(|found| found.by)) {
+        (Some(_), _) => "given",
+        (None, Some(FoundBy::Inequality)) => "matrix inequality",
+        (None, Some(FoundBy::Search)) => "search",
+        (None, None) => "local Riccati equation",
     }
 }

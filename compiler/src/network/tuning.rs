@@ -89,8 +89,8 @@ pub(super) fn gains(
     Some(GainWishes {
         K: K?,
         calK,
-        K_lmi: None,
-        calK_lmi: None,
+        K_found: None,
+        calK_found: None,
         weights: state_weights?,
         reference_weights: reference_weights?,
     })

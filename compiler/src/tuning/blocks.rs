@@ -1,6 +1,7 @@
 //! Which entries are searched together.
 
-use super::candidate::{Candidate, Layer};
+use super::candidate::Candidate;
+use crate::gains::Layer;
 use crate::network::{Network, Subsystem};
 
 /// Subsystems with one model and one gain: they share variables.
@@ -34,10 +35,7 @@ pub fn groups(network: &Network, candidate: &Candidate, layer: Layer) -> Vec<Gro
 
 /// Whether the gain is ours to choose.
 pub fn is_open(s: &Subsystem, layer: Layer) -> bool {
-    match layer {
-        Layer::Local => s.gains.K.is_none(),
-        Layer::Reference => s.gains.calK.is_none(),
-    }
+    layer.given(s).is_none()
 }
 
 /// One block where the variables are few, else one per group.

@@ -2,21 +2,12 @@
 
 use nalgebra::DMatrix;
 
-use crate::gains::{Gains, Radii, SubsystemGains, short};
-use crate::network::{Network, Subsystem};
+use crate::gains::{Gains, Layer, Radii, SubsystemGains, short};
+use crate::network::{FoundBy, FoundGain, Network, Subsystem};
 
 /// K_i and calK_i of every subsystem, rounded as those of a design are: what is compared is what is used.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate(pub Vec<(DMatrix<f64>, DMatrix<f64>)>);
-
-/// Which of the two gains of a subsystem.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Layer {
-    /// K_i.
-    Local,
-    /// calK_i.
-    Reference,
-}
 
 impl Candidate {
     pub fn of(gains: &Gains) -> Self {
@@ -28,12 +19,13 @@ impl Candidate {
         subsystems.iter().map(|s| SubsystemGains::local(s).ok()).collect::<Option<Vec<_>>>().map(Self)
     }
 
-    /// The network with these gains as given ones.
+    /// The network with these gains.
     pub fn network(&self, network: &Network) -> Network {
         let mut network = network.clone();
         for (s, (K, calK)) in network.subsystems.iter_mut().zip(&self.0) {
-            s.gains.K = Some(K.clone());
-            s.gains.calK = Some(calK.clone());
+            for (layer, gain) in [(Layer::Local, K), (Layer::Reference, calK)] {
+                layer.put(s, Some(FoundGain { gain: gain.clone(), by: FoundBy::Search }));
+            }
         }
         network
     }

@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 
 use super::blocks::{Block, Group, groups};
-use super::candidate::{Candidate, Layer};
+use super::candidate::Candidate;
+use crate::gains::Layer;
 use crate::network::{Network, Subsystem};
 use crate::optim::climb::climb;
 use crate::optim::lyapunov::{Contraction, spectral_radius};

@@ -14,10 +14,20 @@ pub struct Judge<'a> {
     pub aim: Aim,
     /// The largest small-gain radius that is not held against a candidate.
     pub most_gain: f64,
+    /// By this and earlier judges of the same search.
     pub compared: usize,
-    budget: usize,
+    limit: usize,
+    whole: usize,
     basis: Option<Basis>,
     watch: &'a mut dyn Watch,
+}
+
+/// Comparisons made before, to be made, and to be made by all judges of one search together.
+#[derive(Debug, Clone, Copy)]
+pub struct Budget {
+    pub before: usize,
+    pub share: usize,
+    pub whole: usize,
 }
 
 /// What depends on the K_i alone.
@@ -28,18 +38,19 @@ struct Basis {
 }
 
 impl<'a> Judge<'a> {
-    pub fn new(network: &'a Network, budget: usize, watch: &'a mut dyn Watch) -> Self {
-        Self { network, aim: Aim::Wishes, most_gain: f64::INFINITY, compared: 0, budget, basis: None, watch }
+    pub fn new(network: &'a Network, Budget { before, share, whole }: Budget, watch: &'a mut dyn Watch) -> Self {
+        let (aim, most_gain) = (Aim::Wishes, f64::INFINITY);
+        Self { network, aim, most_gain, compared: before, limit: before + share, whole, basis: None, watch }
     }
 
     pub fn left(&self) -> usize {
-        self.budget.saturating_sub(self.compared)
+        self.limit.saturating_sub(self.compared)
     }
 
     /// Stages are passed in order, and the first that fails ends it.
     pub fn merit(&mut self, candidate: &Candidate) -> Merit {
         self.compared += 1;
-        self.watch.searched(Progress { compared: self.compared.min(self.budget), budget: self.budget });
+        self.watch.searched(Progress { compared: self.compared.min(self.whole), budget: self.whole });
         let network = candidate.network(self.network);
         match Gains::new(&network) {
             Ok(gains) => self.of_stable(candidate, &network, &gains),
@@ -70,7 +81,7 @@ impl<'a> Judge<'a> {
 
     /// Ends the search: what is left is too little for the next move.
     pub fn exhaust(&mut self) {
-        self.budget = self.budget.min(self.compared);
+        self.limit = self.limit.min(self.compared);
     }
 
     /// Makes the multipliers anew at the next candidate.

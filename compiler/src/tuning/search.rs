@@ -4,10 +4,11 @@
 use nalgebra::DVector;
 
 use super::blocks::{Block, blocks, groups, is_open};
-use super::candidate::{Candidate, Layer};
+use super::candidate::Candidate;
 use super::coupling;
 use super::figures::Figures;
 use super::judge::Judge;
+use crate::gains::Layer;
 use crate::network::{Network, Subsystem};
 use crate::optim::climb::climb;
 use crate::sets::Sums;
@@ -15,7 +16,7 @@ use crate::sizing::{Aim, Merit, Stage};
 
 pub struct Search<'a> {
     judge: Judge<'a>,
-    /// The plain gains first, then each better than the one before.
+    /// Where it started first, then each better than the one before.
     found: Vec<(Candidate, Merit)>,
     /// Whether the aim is what the user asked for: it may need a design to be stated.
     aimed: bool,
@@ -23,9 +24,14 @@ pub struct Search<'a> {
 
 pub struct Found {
     pub gains: Candidate,
+    /// Of the whole design; how far the gains come where there is none.
+    pub merit: Merit,
+    /// What they were searched for, once there was a design.
+    pub aim: Option<Aim>,
     pub compared: usize,
-    pub plain: Figures,
-    pub tuned: Figures,
+    /// Of the gains it started from.
+    pub start: Figures,
+    pub figures: Figures,
 }
 
 /// The small-gain radius that is sought before anything else: half of what Assumption 4 allows.
@@ -46,11 +52,13 @@ const LEAST_PER_ENTRY: f64 = 3.0;
 const GAIN: f64 = 1e-2;
 
 impl<'a> Search<'a> {
-    /// From the plain gains, or from those with a lower small gain where these are better.
-    pub fn new(mut judge: Judge<'a>, plain: Candidate) -> Self {
-        let merit = judge.merit(&plain);
-        let lowered = coupling::lower(judge.network, &plain, WANTED_GAIN);
-        let mut search = Self { judge, found: vec![(plain.clone(), merit)], aimed: false };
+    /// From some gains, or from those with a lower small gain where these are better. `aim` is that of an earlier search.
+    pub fn new(mut judge: Judge<'a>, start: Candidate, aim: Option<Aim>) -> Self {
+        let aimed = aim.is_some();
+        judge.aim = aim.unwrap_or(Aim::Wishes);
+        let merit = judge.merit(&start);
+        let lowered = coupling::lower(judge.network, &start, WANTED_GAIN);
+        let mut search = Self { judge, found: vec![(start, merit)], aimed };
         if let Some((lowered, radii)) = lowered {
             let merit = search.judge.merit(&lowered);
             let better = search.accept(lowered, merit);
@@ -169,27 +177,29 @@ impl<'a> Search<'a> {
         self.accept(block.moved(&start, step, &x), merit);
     }
 
-    /// The best gains whose design also survives the whole pipeline, and is not behind the plain one there.
+    /// The best gains whose design also survives the whole pipeline, and is not behind the first one there.
     fn chosen(self) -> Found {
         let judged = |candidate| self.judge.design(candidate, Sums::Proved);
-        let start = &self.found[0].0;
-        let plain = judged(start);
-        let merit = plain.as_ref().ok().map(|design| design.merit);
+        let (start, start_merit) = &self.found[0];
+        let first = judged(start);
+        let merit = first.as_ref().ok().map(|design| design.merit);
         let figures = |candidate: &Candidate, design| Figures::new(candidate, self.judge.network, design);
-        let found = |gains: &Candidate, tuned| Found {
-            plain: figures(start, &plain),
-            tuned,
+        let found = |gains: &Candidate, merit: Merit, tuned| Found {
+            start: figures(start, &first),
+            figures: tuned,
             gains: gains.clone(),
+            merit,
+            aim: self.aimed.then(|| self.judge.aim.clone()),
             compared: self.judge.compared,
         };
         for (candidate, expected) in self.found.iter().skip(1).rev() {
             let design = judged(candidate);
-            let not_behind = design.as_ref().is_ok_and(|design| Some(design.merit) >= merit);
-            if expected.stage < Stage::Designed || not_behind {
-                return found(candidate, figures(candidate, &design));
+            let proved = design.as_ref().ok().map(|design| design.merit).filter(|proved| Some(*proved) >= merit);
+            if expected.stage < Stage::Designed || proved.is_some() {
+                return found(candidate, proved.unwrap_or(*expected), figures(candidate, &design));
             }
         }
-        found(start, figures(start, &plain))
+        found(start, merit.unwrap_or(*start_merit), figures(start, &first))
     }
 }
 
