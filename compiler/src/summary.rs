@@ -2,11 +2,13 @@
 
 use std::fmt;
 
+use crate::convex::Polytope;
 use crate::design::Design;
 use crate::emit::Emitted;
 use crate::gains::{Layer, origin};
-use crate::network::{Network, Norm, Signal, Subsystem};
+use crate::network::{NamedPolytope, Network, Norm, Signal, Subsystem};
 use crate::notices::notices;
+use crate::sets::{ReferenceShare, SubsystemSets};
 use crate::sizing::{Slack, SubsystemSizing, TradePoint};
 use crate::tuning::{DesignFigures, Figures, Tuning};
 
@@ -122,6 +124,9 @@ impl Summary<'_> {
         let (epsilon, sample_time) = (self.design.sizing.epsilon, self.design.network.sample_time);
         lines.extend(output_ranges(model, sizes, epsilon, sample_time));
         lines.extend(reserves(model, sizes));
+        lines.extend(disturbances(model));
+        lines.extend(tube_share(model, sizes));
+        lines.extend(load_share(model, &self.design.sets.subsystems[i]));
         lines.push(item("facets", &format!("E {}, Sigma {}", sizes.E.facets(), sizes.Sigma.facets())));
         lines.push(item("terminal set", &upsets(model, sizes)));
         lines.push(item("i-DPC problem", &format!("{} unknowns, {}", dpc.H.nrows(), count(dpc.rows.len(), "row"))));
@@ -191,6 +196,43 @@ fn reserves(model: &Subsystem, sizes: &SubsystemSizing) -> Vec<String> {
     widths
         .map(|(name, (dz, zeta))| item("reserve", &format!("{} of {} in z = {name}", short(*dz), short(*zeta))))
         .collect()
+}
+
+/// What the file says acts on the subsystem.
+fn disturbances(model: &Subsystem) -> Option<String> {
+    let loads = (!model.loads.is_empty()).then(|| count(model.loads.len(), "measured load"));
+    let parts = [
+        model.w.as_ref().map(|_| "unknown disturbances w".to_owned()),
+        (model.measurement_error.amax() > 0.0).then(|| "measurement errors".to_owned()),
+        loads,
+    ];
+    let parts: Vec<String> = parts.into_iter().flatten().collect();
+    (!parts.is_empty()).then(|| item("acted on by", &parts.join(", ")))
+}
+
+/// The limit of which E_i, with measurement errors, takes the largest share.
+fn tube_share(model: &Subsystem, sizes: &SubsystemSizing) -> Option<String> {
+    let of = |whole: &NamedPolytope, nominal: &Polytope| {
+        let taken = |r: usize| (1.0 - nominal.h[r] / whole.h[r], whole.rows[r].clone());
+        (0..whole.h.len()).map(taken).collect::<Vec<_>>()
+    };
+    largest("tube", [of(&model.X, &sizes.X_nom), of(&model.U, &sizes.U_nom)].concat())
+}
+
+/// The limit of which references that follow the loads take the largest share.
+fn load_share(model: &Subsystem, sets: &SubsystemSets) -> Option<String> {
+    let of = |whole: &NamedPolytope, shares: &[ReferenceShare]| {
+        let taken = |r: usize| (shares[r].load / whole.h[r], whole.rows[r].clone());
+        (0..whole.h.len()).map(taken).collect::<Vec<_>>()
+    };
+    largest("loads", [of(&model.X, &sets.x_rows), of(&model.U, &sets.u_rows)].concat())
+        .filter(|_| !model.loads.is_empty())
+}
+
+fn largest(what: &str, shares: Vec<(f64, String)>) -> Option<String> {
+    let (share, row) = shares.into_iter().max_by(|(a, _), (b, _)| a.total_cmp(b))?;
+    let verb = if what.ends_with('s') { "take" } else { "takes" };
+    Some(item(what, &format!("{verb} at most {} % of a limit: {row}", short(100.0 * share))))
 }
 
 /// Half-axes of Sigma_i.
