@@ -49,12 +49,14 @@ pub struct Controller<
     present: Present<NX, NU, N, NV>,
     /// How far the measurement may move each tube row; `None`: states are measured exactly.
     noise: Option<&'a [f64; NT]>,
-    /// Whether the true state is known to lie within E_i of this period's plan: the step was feasible.
-    certified: bool,
-    /// The same of the candidate, for the next state.
+    /// What this period's plan says about the true state.
+    knowledge: Knowledge,
+    /// Whether the true state is known to lie within E_i of the candidate, if all neighbours were certified at the step before.
     forecast: bool,
     /// What the loads add to the newest reference state.
     push: [f64; NX],
+    /// Whether there are loads: then every step needs theirs.
+    loaded: bool,
     max_iterations: usize,
     degraded: bool,
 }
@@ -74,6 +76,17 @@ enum Present<const NX: usize, const NU: usize, const N: usize, const NV: usize> 
     /// On the reference.
     Rest,
     Solved(Planned<NX, NU, N, NV>),
+}
+
+/// Why the true state is known to lie within E_i of a plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Knowledge {
+    /// It is not: the step was not feasible.
+    None,
+    /// If the forecast is to be trusted.
+    ByForecast,
+    /// The measurement alone says so.
+    ByMeasurement,
 }
 
 /// What a step gives.
@@ -103,6 +116,10 @@ pub struct Outlook<const NY: usize, const NZ: usize, const NB: usize> {
     pub message: Message<NY, NZ>,
     pub references: References,
     pub deliveries: [Delivery; NB],
+    /// See [`Status::certified`].
+    pub certified: bool,
+    /// See [`Status::load_within`].
+    pub load_within: bool,
 }
 
 /// The signals inside the controller at time t.
@@ -173,20 +190,21 @@ impl<
             candidate: Planned::REST,
             present: Present::Candidate,
             noise: None,
-            certified: false,
+            knowledge: Knowledge::None,
             forecast: false,
             push: [0.0; NX],
+            loaded: false,
             max_iterations: tables.problem.max_iterations,
             degraded: false,
         };
-        let message = controller.message(-1);
+        let message = controller.message(-1, false);
         Ok((controller, message))
     }
 
     /// The same controller where measured loads add `load` to the steady state's next state: what [`Loads::start`](crate::Loads)
     /// gives.
     pub fn under(self, load: &Load<NX>) -> Self {
-        Self { push: load.push, ..self }
+        Self { push: load.push, loaded: true, ..self }
     }
 
     /// The same controller for states that are measured with an error which moves tube row r by up to `noise[r]`: the
@@ -203,10 +221,13 @@ impl<
         set_point: &[f64; NY],
         inbox: &mut Inbox<NI, NJ, NB>,
     ) -> Step<NX, NU, NY, NZ, NB> {
-        self.step_under(x, set_point, &Load::NONE, inbox)
+        let input = self.input(x);
+        let outlook = self.references(set_point, inbox);
+        self.whole(input, outlook)
     }
 
-    /// [`Self::step`] of a subsystem with measured loads: `load` is what they mean at this step.
+    /// [`Self::step`] of a subsystem with measured loads: `load` is what they mean at this step. One of another step counts
+    /// as outside its bounds; the references then take it to have stayed.
     pub fn step_under(
         &mut self,
         x: &[f64; NX],
@@ -214,9 +235,15 @@ impl<
         load: &Load<NX>,
         inbox: &mut Inbox<NI, NJ, NB>,
     ) -> Step<NX, NU, NY, NZ, NB> {
-        let Input { input, control, telemetry } = self.input(x);
-        let Outlook { message, references, deliveries } = self.references_under(set_point, load, inbox);
-        let status = Status { control, references, deliveries, degraded: self.degraded };
+        let input = self.input(x);
+        let outlook = self.references_under(set_point, load, inbox);
+        self.whole(input, outlook)
+    }
+
+    fn whole(&self, now: Input<NX, NU, NY>, next: Outlook<NY, NZ, NB>) -> Step<NX, NU, NY, NZ, NB> {
+        let Input { input, control, telemetry } = now;
+        let Outlook { message, references, deliveries, certified, load_within } = next;
+        let status = Status { control, references, deliveries, certified, load_within, degraded: self.degraded };
         Step { input, message, status, telemetry }
     }
 
@@ -234,7 +261,7 @@ impl<
             self.present = Present::Candidate;
             input = add(&reference.u, &self.plan().now());
         }
-        self.certified = control.is_admissible();
+        self.knowledge = self.known(control, &e);
         // An admissible input is inside up to rounding, which this removes.
         self.confine(&mut input);
         let plan = self.plan();
@@ -250,7 +277,8 @@ impl<
 
     /// The references at t + N from the neighbours' at t + N - 1; ends the period.
     pub fn references(&mut self, set_point: &[f64; NY], inbox: &mut Inbox<NI, NJ, NB>) -> Outlook<NY, NZ, NB> {
-        self.references_under(set_point, &Load::NONE, inbox)
+        // Where there are loads that nobody has asked for, they are taken to have stayed.
+        self.advance(set_point, self.push, !self.loaded, inbox)
     }
 
     /// [`Self::references`] of a subsystem with measured loads.
@@ -260,18 +288,34 @@ impl<
         load: &Load<NX>,
         inbox: &mut Inbox<NI, NJ, NB>,
     ) -> Outlook<NY, NZ, NB> {
+        let due = load.step == self.step;
+        self.advance(set_point, if due { load.push } else { self.push }, due && load.within, inbox)
+    }
+
+    fn advance(
+        &mut self,
+        set_point: &[f64; NY],
+        push: [f64; NX],
+        load_within: bool,
+        inbox: &mut Inbox<NI, NJ, NB>,
+    ) -> Outlook<NY, NZ, NB> {
         let imports = inbox.collect(self.step.wrapping_sub(1));
         let heard = imports.deliveries.iter().all(|delivery| *delivery == Delivery::InSequence);
         let (y, references) = self.next_output(set_point, &imports.y, heard);
         let references = if heard && self.departs(&imports.z) { References::NotSteady } else { references };
         self.degraded |= !heard || !references.are_admissible();
-        self.trajectory.advance(&self.tables.model, y, &imports.z, &load.push);
-        self.push = load.push;
-        self.certified &= load.within;
+        self.trajectory.advance(&self.tables.model, y, &imports.z, &push);
+        self.push = push;
+        let certified = match self.knowledge {
+            Knowledge::None => false,
+            Knowledge::ByForecast => imports.all_certified(),
+            Knowledge::ByMeasurement => true,
+        };
         self.shift();
-        let message = self.message(self.step);
+        self.forecast = certified && load_within;
+        let message = self.message(self.step, certified);
         self.step = self.step.wrapping_add(1);
-        Outlook { message, references, deliveries: imports.deliveries }
+        Outlook { message, references, deliveries: imports.deliveries, certified, load_within }
     }
 
     /// t: how many periods have ended.
@@ -332,7 +376,18 @@ impl<
             }
         }
         self.present = Present::Candidate;
-        self.forecast = self.certified;
+        self.knowledge = Knowledge::None;
+    }
+
+    /// What a step with this outcome knows of the true state; `e` is the measured x - xref.
+    fn known(&self, control: Control, e: &[f64; NX]) -> Knowledge {
+        match self.noise {
+            _ if !control.is_admissible() => Knowledge::None,
+            Some(noise) if !self.tables.problem.keeps_tube(noise, &subtract(e, &self.plan().dx)) => {
+                Knowledge::ByForecast
+            }
+            _ => Knowledge::ByMeasurement,
+        }
     }
 
     /// This period's plan.
@@ -383,9 +438,9 @@ impl<
         self.step == 0 && !self.trajectory.stays(&self.tables.model, z, &self.push)
     }
 
-    fn message(&self, step: i64) -> Message<NY, NZ> {
+    fn message(&self, step: i64, certified: bool) -> Message<NY, NZ> {
         let newest = self.trajectory.newest();
-        Message { step, y_ref: newest.y, z_ref: newest.coupling_output(&self.tables.model) }
+        Message { step, y_ref: newest.y, z_ref: newest.coupling_output(&self.tables.model), certified }
     }
 }
 

@@ -57,6 +57,8 @@
 //! | [`Control::IterationLimit`] | as before, and the budget ran out | as before | not in this step |
 //! | [`Control::NotFinite`] | the measurement | uref + du_0 of the candidate, put into the box around U_i | not in this step |
 //! | [`References::SetPointNotFinite`], [`References::Kept`] | nothing: yref stays | - | holds |
+//! | [`Status::certified`] false | with measurement errors: a neighbour's last step was not certified | as above | not in this step |
+//! | [`Status::load_within`] false | a load left its bounds or rates, or was not given | as above | not in this step |
 //! | [`Delivery`] other than [`Delivery::InSequence`] | a message | - (the last values are held) | lost |
 //! | [`References::Waiting`] | a message, with coupling constraints | - (yref stays) | lost |
 //! | [`References::NotSteady`] | the starts of the neighbours do not fit together: for N - 1 steps the references do not follow (7a) | - | lost |
@@ -65,14 +67,18 @@
 //! The shifted candidate is the last solution, one step on: (dx_1, du_1, ..., du_{N-1}, K_i dx_N). It is kept in the controller
 //! and shifted on for as long as no new solution is found; within a period it stays, however often the input is computed.
 //! A guarantee that was lost with the references ([`Status::degraded`]) comes back with a new start only; one that was lost
-//! with a step comes back when every subsystem is feasible again. Each status is what one subsystem can see; the guarantee
+//! with a step comes back when every subsystem is feasible again (with measurement errors: and certified, see below). Each status is what one subsystem can see; the guarantee
 //! is the network's and holds where all of them say so ([`Status::is_guaranteed`]).
 //!
 //! # What is measured with an error
 //! Where the file states a measurement error, the emitted `start` calls [`Controller::with_measurement_error`], and x_t above is
 //! the true state plus that error. The tube rows (35a) are then replaced by those of [`problem`]'s
 //! [`doubt`](tables::DpcProblem::doubt), which keep the *true* deviation x - xhat in E_i; constraints, statuses and the guarantee
-//! are about the true state. The step after an infeasible one, and the first, rest on the measurement alone.
+//! are about the true state. These rows may rest on the forecast of the step before, which assumes that the neighbours stayed
+//! within their Z_j then. Their messages say whether they did ([`Message::certified`]), one period later; where one did not, the
+//! step's own certificate is withdrawn ([`Status::certified`]) and the next step rests on the measurement alone, as the first
+//! step does and the one after an infeasible one. So the guarantee comes back by itself: with the first step at which every
+//! node is certified, most of them by their measurements.
 //!
 //! # Measured disturbances
 //! Where the file states loads, an emitted file has a `LOADS` value and its `start` gives a [`Loads`] beside the controller:
@@ -80,7 +86,7 @@
 //! ```text
 //! let load = loads.admit(&measured_loads);
 //! let step = controller.step_under(&measured, &set_point, &load, &mut inbox);
-//! if !load.within || !step.status.is_guaranteed() { report() }
+//! if !step.status.is_guaranteed() { report() }
 //! ```
 //!
 //! # Symbols

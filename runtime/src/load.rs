@@ -15,6 +15,8 @@ const INSIDE: f64 = 1e-9;
 #[derive(Debug, Clone)]
 pub struct Loads<'a, const ND: usize, const NX: usize, const N: usize> {
     model: &'a LoadModel<ND, NX>,
+    /// t of the next call.
+    step: i64,
     /// dref of this step, ..., t + N - 1.
     ahead: [[f64; ND]; N],
 }
@@ -22,10 +24,13 @@ pub struct Loads<'a, const ND: usize, const NX: usize, const N: usize> {
 /// What the loads of one step mean for the controller; see [`Loads::admit`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Load<const NX: usize> {
+    /// t, of the controller's step that this is for; -1 at the start.
+    pub step: i64,
     /// M dref_{t+N-1}: what the references at t + N take.
     pub push: [f64; NX],
     /// Whether the load keeps what the design assumes of it: |d_t - dref_t| within what is charged to W_i. Where it does not,
-    /// the guarantee is lost for this step, as with any disturbance outside W_i; the references stay admissible.
+    /// the next state may leave its tube, as under any disturbance outside W_i, and [`Status`](crate::Status) says so; the
+    /// references stay admissible.
     pub within: bool,
 }
 
@@ -42,7 +47,10 @@ impl<'a, const ND: usize, const NX: usize, const N: usize> Loads<'a, ND, NX, N> 
         };
         match d.iter().zip(bounds).position(|load| !inside(load)) {
             Some(load) => Err(StartError::LoadOutside { load }),
-            None => Ok((Self { model, ahead: [*d; N] }, Load { push: times(&model.M, d), within: true })),
+            None => {
+                let load = Load { step: -1, push: times(&model.M, d), within: true };
+                Ok((Self { model, step: 0, ahead: [*d; N] }, load))
+            }
         }
     }
 
@@ -53,7 +61,9 @@ impl<'a, const ND: usize, const NX: usize, const N: usize> Loads<'a, ND, NX, N> 
         shift_in(&mut self.ahead, newest);
         // The load of the start, or of N - 1 steps ago, is dref_t.
         let within = self.ahead.first().is_some_and(|now| self.keeps(d, now));
-        Load { push: times(&self.model.M, &newest), within }
+        let step = self.step;
+        self.step = step.wrapping_add(1);
+        Load { step, push: times(&self.model.M, &newest), within }
     }
 
     /// d within the rates around the newest dref, and within the bounds.
@@ -74,11 +84,6 @@ impl<'a, const ND: usize, const NX: usize, const N: usize> Loads<'a, ND, NX, N> 
     }
 }
 
-impl<const NX: usize> Load<NX> {
-    /// Of a subsystem without loads.
-    pub const NONE: Self = Self { push: [0.0; NX], within: true };
-}
-
 #[cfg(test)]
 mod tests {
     use super::{Load, Loads};
@@ -95,7 +100,7 @@ mod tests {
     #[test]
     fn a_start_outside_the_bounds_is_refused() {
         let start = |d| Loads::<1, 2, 3>::start(&MODEL, &[d]).map(|(_, load)| load);
-        assert_eq!(start(0.5), Ok(Load { push: [1.0, 0.0], within: true }));
+        assert_eq!(start(0.5), Ok(Load { step: -1, push: [1.0, 0.0], within: true }));
         assert_eq!(start(1.5), Err(StartError::LoadOutside { load: 0 }));
         assert_eq!(start(f64::NAN), Err(StartError::LoadOutside { load: 0 }));
     }
@@ -103,8 +108,8 @@ mod tests {
     #[test]
     fn loads_that_keep_their_rate_are_within_and_pushed_as_they_are() {
         let mut loads = started();
-        for d in [0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0, -0.25] {
-            assert_eq!(loads.admit(&[d]), Load { push: [2.0 * d, 0.0], within: true });
+        for (step, d) in (0..).zip([0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0, -0.25]) {
+            assert_eq!(loads.admit(&[d]), Load { step, push: [2.0 * d, 0.0], within: true });
         }
     }
 
@@ -123,6 +128,6 @@ mod tests {
         let pushes: [_; 4] = core::array::from_fn(|_| loads.admit(&[1.75]));
         assert_eq!(pushes.map(|load| load.push[0]), [1.5, 2.0, 2.0, 2.0]);
         assert!(!pushes[3].within);
-        assert_eq!(loads.admit(&[f64::NAN]), Load { push: [2.0, 0.0], within: false });
+        assert_eq!(loads.admit(&[f64::NAN]), Load { step: 4, push: [2.0, 0.0], within: false });
     }
 }

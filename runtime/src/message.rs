@@ -16,6 +16,9 @@ pub struct Message<const NY: usize, const NZ: usize> {
     pub y_ref: [f64; NY],
     /// zref_{t+N}.
     pub z_ref: [f64; NZ],
+    /// Whether the true state of the sender is known to lie within E_i of its plan at step t, so that its z_t is within Z_i of
+    /// zref_t. A receiver that measures with errors rests its forecast of the next state on it.
+    pub certified: bool,
 }
 
 /// What has become of a neighbour's message of the expected step.
@@ -62,6 +65,7 @@ pub struct Inbox<const NI: usize, const NJ: usize, const NB: usize> {
 pub(crate) struct Sheet<const NI: usize, const NJ: usize, const NB: usize> {
     pub z: [f64; NI],
     pub y: [f64; NJ],
+    pub certified: [bool; NB],
     pub deliveries: [Delivery; NB],
 }
 
@@ -140,10 +144,17 @@ impl<const NY: usize, const NZ: usize> Message<NY, NZ> {
 }
 
 impl<const NI: usize, const NJ: usize, const NB: usize> Sheet<NI, NJ, NB> {
-    const EMPTY: Self = Self { z: [0.0; NI], y: [0.0; NJ], deliveries: [Delivery::Missing; NB] };
+    const EMPTY: Self =
+        Self { z: [0.0; NI], y: [0.0; NJ], certified: [false; NB], deliveries: [Delivery::Missing; NB] };
 
     fn arrived(&self, slot: usize) -> bool {
         self.deliveries.get(slot) == Some(&Delivery::InSequence)
+    }
+
+    /// Whether every neighbour's message has arrived and says that the sender is certified.
+    pub fn all_certified(&self) -> bool {
+        let neighbours = self.deliveries.iter().zip(&self.certified);
+        neighbours.fold(true, |all, (delivery, certified)| all & (*delivery == Delivery::InSequence) & certified)
     }
 
     fn set(&mut self, slot: usize, delivery: Delivery) {
@@ -167,11 +178,13 @@ impl<const NI: usize, const NJ: usize, const NB: usize> Sheet<NI, NJ, NB> {
         let z = places::<NZJ>(&mut self.z, link.z)?;
         let y = places::<NYJ>(&mut self.y, link.y)?;
         let delivery = self.deliveries.get_mut(link.slot).ok_or(Refused::NoSuchSlot)?;
+        let certified = self.certified.get_mut(link.slot).ok_or(Refused::NoSuchSlot)?;
         z.iter_mut()
             .zip(&message.z_ref)
             .chain(y.iter_mut().zip(&message.y_ref))
             .for_each(|(place, value)| *place = *value);
         *delivery = Delivery::InSequence;
+        *certified = message.certified;
         Ok(())
     }
 }

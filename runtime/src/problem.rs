@@ -84,6 +84,12 @@ impl<
         }
     }
 
+    /// Whether a measured deviation x - xhat keeps the true one in E_i, however the measurement errs.
+    pub fn keeps_tube(&self, noise: &[f64; NT], deviation: &[f64; NX]) -> bool {
+        let rows = self.tube.iter().zip(noise).zip(&self.upper);
+        rows.fold(true, |keeps, ((row, noise), q)| keeps & (dot(row, deviation).abs() <= (q - noise) * CREDIBLE))
+    }
+
     /// v = T w, taken apart into (dx_0, du_0, ..., du_{N-1}).
     pub fn plan<const N: usize>(&self, w: &[f64; NV]) -> Plan<NX, NU, N> {
         let v = times(&self.T, w);

@@ -78,6 +78,14 @@ pub struct Status<const NB: usize> {
     /// What became of each neighbour's message, by slot. Where it is not [`Delivery::InSequence`], the last values are held
     /// and xref departs from what the neighbour's reference does to it: the guarantee is lost.
     pub deliveries: [Delivery; NB],
+    /// Whether the true state is known to lie within E_i of the plan. Where states are measured exactly, an admissible
+    /// [`Control`] says so. Where they are measured with an error, a step may rest on the forecast of the step before, and that is
+    /// to be trusted only where all neighbours were certified then; if not, the guarantee is lost for this step, and the next one
+    /// rests on the measurement alone.
+    pub certified: bool,
+    /// Whether the loads of this step were given and kept their bounds and rates; true without loads. Where not, the next state
+    /// may leave its tube.
+    pub load_within: bool,
     /// Whether at this or an earlier step the references lost the guarantee, by messages that did not arrive, by a start
     /// that did not fit or by a coupling constraint. It does not come back by itself: start anew from a steady state.
     pub degraded: bool,
@@ -105,7 +113,7 @@ impl<const NB: usize> Status<NB> {
     /// is wrong elsewhere until it is disturbed by it: a bad start of a subsystem that is no neighbour, messages that
     /// others missed, and, since messages hold references only, a neighbour whose problem is infeasible.
     pub fn is_guaranteed(&self) -> bool {
-        self.control.is_admissible() && !self.degraded
+        self.control.is_admissible() && self.certified && self.load_within && !self.degraded
     }
 
     /// The neighbours whose message did not arrive in sequence.
@@ -153,6 +161,12 @@ impl<const NB: usize> fmt::Display for Status<NB> {
             if let Some(delivery) = self.deliveries.get(slot) {
                 write!(f, "; message of neighbour {slot} {delivery}")?;
             }
+        }
+        if self.control.is_admissible() && !self.certified {
+            f.write_str("; measurement errors may hide that the state left its tube")?;
+        }
+        if !self.load_within {
+            f.write_str("; a load left its bounds or rates")?;
         }
         if self.degraded { f.write_str("; degraded") } else { Ok(()) }
     }

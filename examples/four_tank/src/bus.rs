@@ -36,19 +36,19 @@ impl Bus {
 
 pub fn encode<const NY: usize, const NZ: usize>(message: &Message<NY, NZ>) -> Vec<u8> {
     let numbers = message.y_ref.iter().chain(&message.z_ref).flat_map(|number| number.to_le_bytes());
-    message.step.to_le_bytes().into_iter().chain(numbers).collect()
+    message.step.to_le_bytes().into_iter().chain(numbers).chain([u8::from(message.certified)]).collect()
 }
 
 /// # Errors
 /// The bytes are not as long as such a message.
 pub fn decode<const NY: usize, const NZ: usize>(bytes: &[u8]) -> Result<Message<NY, NZ>, WrongLength> {
     let (words, rest) = bytes.as_chunks::<8>();
-    let wrong = WrongLength { expected: 8 * (1 + NY + NZ), got: bytes.len() };
-    match words {
-        [step, numbers @ ..] if numbers.len() == NY + NZ && rest.is_empty() => {
+    let wrong = WrongLength { expected: 8 * (1 + NY + NZ) + 1, got: bytes.len() };
+    match (words, rest) {
+        ([step, numbers @ ..], [certified]) if numbers.len() == NY + NZ => {
             let number = |k: usize| f64::from_le_bytes(numbers[k]);
             let (y_ref, z_ref) = (std::array::from_fn(number), std::array::from_fn(|k| number(NY + k)));
-            Ok(Message { step: i64::from_le_bytes(*step), y_ref, z_ref })
+            Ok(Message { step: i64::from_le_bytes(*step), y_ref, z_ref, certified: *certified == 1 })
         }
         _ => Err(wrong),
     }
@@ -67,7 +67,7 @@ mod tests {
     use super::{Bus, decode};
     use dpc_runtime::Message;
 
-    const MESSAGE: Message<1, 2> = Message { step: -1, y_ref: [0.1], z_ref: [-2.5e-300, 7.0] };
+    const MESSAGE: Message<1, 2> = Message { step: -1, y_ref: [0.1], z_ref: [-2.5e-300, 7.0], certified: true };
 
     #[test]
     fn messages_survive_the_wire_bit_by_bit() {

@@ -176,6 +176,8 @@ mod tests {
         control: Control::AtReference,
         references: References::Nearest,
         deliveries: [Delivery::InSequence],
+        certified: true,
+        load_within: true,
         degraded: false,
     };
     const ACTIVE: Status<1> = Status { control: Control::Optimal { iterations: 3, active: 2 }, ..FINE };

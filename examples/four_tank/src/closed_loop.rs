@@ -60,6 +60,11 @@ impl<'a> ClosedLoop<'a> {
         self.x[2 * i..2 * i + 2].copy_from_slice(&x);
     }
 
+    /// Moves the state of subsystem `i`.
+    pub fn push(&mut self, i: usize, by: [f64; 2]) {
+        self.x[2 * i..2 * i + 2].iter_mut().zip(by).for_each(|(x, by)| *x += by);
+    }
+
     /// Tells subsystem `i` its loads of the step to come.
     pub fn measure(&mut self, i: usize, loads: &[f64]) {
         self.nodes[i].measure(loads);

@@ -27,7 +27,12 @@ pub struct Weather {
     /// Whether the tanks start where the design admits it by what is measured of them, one time in four at the edge, instead of
     /// at rest.
     pub upset: bool,
+    /// At this step h4 is pushed further than the design admits.
+    pub breach: Option<usize>,
 }
+
+/// How far, in cm: more than the tube and the terminal set hold, less than what the tank does.
+const BREACH: f64 = 1.5;
 
 /// On the linear plant, with random set-points inside and outside Y.
 ///
@@ -68,6 +73,9 @@ fn follow(
         if step == 0 && weather.upset {
             upset(&mut tanks, &acting, random);
         }
+        if weather.breach == Some(step) {
+            tanks.push(1, [0.0, BREACH]);
+        }
         if step < weather.loads_until {
             inflow.advance(random);
         }
@@ -100,7 +108,7 @@ fn rest_levels(y: [f64; 2], d: [f64; 2]) -> [f64; 4] {
 fn start(y: [f64; 2], d: [f64; 2]) -> Result<[Started; 2], Failure> {
     let (controller, loads, to_right) = left::start(&left::steady_state(&y, &d), &d)?;
     let (second, to_left) = right::start(&right::steady_state(&y, &d))?;
-    let first = Left { controller, inbox: left::Inbox::new(), loads, now: left::Load::NONE };
+    let first = Left { controller, inbox: left::Inbox::new(), loads, now: None };
     Ok([(Box::new(first), to_right), (Box::new(Process::new(second, right::FROM_LEFT)), to_left)])
 }
 
@@ -109,7 +117,8 @@ struct Left {
     controller: left::Controller,
     inbox: left::Inbox,
     loads: left::Loads,
-    now: left::Load,
+    /// Of this step, once measured.
+    now: Option<left::Load>,
 }
 
 impl Node for Left {
@@ -119,8 +128,9 @@ impl Node for Left {
     }
 
     fn measure(&mut self, loads: &[f64]) {
-        self.now = self.loads.admit(&std::array::from_fn(|k| loads[k]));
-        assert!(self.now.within, "loads keep their rates: {loads:?}");
+        let load = self.loads.admit(&std::array::from_fn(|k| loads[k]));
+        assert!(load.within, "loads keep their rates: {loads:?}");
+        self.now = Some(load);
     }
 
     fn probe(&mut self, x: &[f64; 2]) -> Input<2, 1, 1> {
@@ -128,6 +138,9 @@ impl Node for Left {
     }
 
     fn step(&mut self, x: &[f64; 2], set_point: f64) -> Step<2, 1, 1, 1, 1> {
-        self.controller.step_under(x, &[set_point], &self.now, &mut self.inbox)
+        match self.now.take() {
+            Some(load) => self.controller.step_under(x, &[set_point], &load, &mut self.inbox),
+            None => self.controller.step(x, &[set_point], &mut self.inbox),
+        }
     }
 }
