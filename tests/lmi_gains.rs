@@ -10,7 +10,7 @@ use dpc_codegen::diagnostic::{Diagnostics, Source, code};
 use dpc_codegen::emit::Emitted;
 use dpc_codegen::gains::{Layer, Settled, SubsystemGains, interconnection, origin};
 use dpc_codegen::network::Network;
-use dpc_codegen::optim::lmi::Search;
+use dpc_codegen::optim::lmi::{Fastest, Search};
 use dpc_codegen::optim::lyapunov::{Contraction, spectral_radius};
 use dpc_codegen::sets::small_gain_matrix;
 use dpc_tests::host_loop::{HostLoop, Mission, Neighbours, nearest_feasible};
@@ -175,7 +175,7 @@ fn line(areas: usize) -> Source {
 fn the_inequality_by_size() {
     println!("{:<24}{:<11}{:>8}{:>12}{:>12}{:>10}", "network", "gains", "states", "fastest", "search", "one gain");
     let sizes = [("four-tank P+".to_owned(), read(Path::new(NON_MINIMUM_PHASE)))];
-    let lines = [10, 25].map(|areas| (format!("line of {areas} areas"), line(areas)));
+    let lines = [4, 10].map(|areas| (format!("line of {areas} areas"), line(areas)));
     for (name, source) in sizes.into_iter().chain(lines) {
         let network = lower(source).expect("a network");
         for layer in [Layer::Local, Layer::Reference] {
@@ -184,7 +184,7 @@ fn the_inequality_by_size() {
             let search = Search::new(&plant, &prices).expect("local regulators");
             let fastest = search.fastest().expect("a rate");
             let searched = start.elapsed();
-            assert!(fastest < 1.0, "{name}: {fastest}");
+            let Fastest::Decays(fastest) = fastest else { panic!("{name}: {fastest:?}") };
             let rate = 0.5 * (1.0 + fastest);
             let found = search.gains(rate).expect("gains");
             let solved = start.elapsed() - searched;

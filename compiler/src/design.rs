@@ -1,7 +1,7 @@
 //! The pipeline on one page; read this first.
 
-use crate::diagnostic::{Diagnostics, Source};
-use crate::gains::{Gains, Settled};
+use crate::diagnostic::{Diagnostics, Source, code};
+use crate::gains::{Gains, Layer, Settled, is_wrongly_paired};
 use crate::network::Network;
 use crate::problems::Problems;
 use crate::sets::Sets;
@@ -54,7 +54,9 @@ impl Design {
         watch.stage("Gains, Sets");
         match Tuning::new(&network, settled.as_ref().ok(), effort, watch) {
             Some((tuned, tuning)) => Self::tuned(tuned, tuning, watch),
-            None => Self::of(settled?, watch),
+            None => {
+                settled.and_then(|settled| Self::of(settled, watch)).map_err(|mistakes| offered(&network, mistakes))
+            }
         }
     }
 
@@ -74,5 +76,27 @@ impl Design {
         let problems = Problems::new(&network, &gains, &sizing)?;
         watch.stage("Problems");
         Ok(Self { network, gains, sets, sizing, problems, tuning: None })
+    }
+}
+
+/// Mistakes that better gains may repair say so.
+fn offered(network: &Network, mut mistakes: Diagnostics) -> Diagnostics {
+    if let Some(first) = mistakes.0.first_mut().filter(|first| is_repairable(network, first.code)) {
+        first.helps.push("--effort 2 (or `effort` in [sizing]) searches for gains that may do".to_owned());
+    }
+    mistakes
+}
+
+/// Whether the mistake depends on gains that the file leaves open.
+fn is_repairable(network: &Network, code: &str) -> bool {
+    let open = |layer: Layer| network.subsystems.iter().any(|s| layer.given(s).is_none());
+    match code {
+        code::COLLECTIVE_LOOP => open(Layer::Local) && !is_wrongly_paired(network),
+        code::ASSUMPTION_3 => open(Layer::Reference) && !is_wrongly_paired(network),
+        code::SMALL_GAIN => open(Layer::Local),
+        code::EPSILON | code::RESERVE_TOO_LARGE | code::COVER_TOO_LARGE | code::DISTURBANCE_TOO_LARGE => {
+            open(Layer::Local) || open(Layer::Reference)
+        }
+        _ => false,
     }
 }

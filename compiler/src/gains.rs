@@ -15,6 +15,7 @@ use crate::optim::lyapunov::{Contraction, eigenvalues, lyapunov, spectral_radius
 use crate::optim::riccati::lqr;
 use crate::optim::rounding::to_digits;
 pub use interconnection::{Layer, interconnection};
+pub use pairing::is_wrongly_paired;
 pub use settle::{GainChoice, Settled, origin};
 
 /// After this point: A + BK, every F_ii and calF are Schur (proved by a Lyapunov certificate, not by eigenvalues
@@ -253,7 +254,7 @@ impl Collective {
     fn assumption_1(&self, network: &Network, gains: &[SubsystemGains]) -> Result<f64, Diagnostic> {
         let F = self.F(gains.iter().map(|g| &g.K));
         let rho = spectral_radius(&F);
-        if Contraction::new(&F).is_some() { Ok(rho) } else { Err(assumption_1_fails(network, rho)) }
+        if Contraction::new(&F).is_some() { Ok(rho) } else { Err(assumption_1_fails(network, self, rho)) }
     }
 
     /// Rank n + p of the matrix in Assumption 2; returns its smallest singular value over its largest.
@@ -422,11 +423,17 @@ fn F_ii_unstable(subsystem: &Subsystem, rho: f64) -> Diagnostic {
         )
 }
 
-fn assumption_1_fails(network: &Network, rho: f64) -> Diagnostic {
+fn assumption_1_fails(network: &Network, collective: &Collective, rho: f64) -> Diagnostic {
     let error = Diagnostic::error(code::COLLECTIVE_LOOP, "the subsystems destabilise each other: A + BK is not stable");
-    coupling_labels(error, network)
-        .note(format!("Assumption 1, part 1: the spectral radius of A + B diag(K_1, ..., K_M) is {rho:.6}, must be below 1"))
-        .help("change `gain-weights` (a larger R in a strongly coupled subsystem often helps, or a larger Q), state K, or merge the subsystems that are coupled most")
+    let error = coupling_labels(error, network).note(format!(
+        "Assumption 1, part 1: the spectral radius of A + B diag(K_1, ..., K_M) is {rho:.6}, must be below 1"
+    ));
+    let error = pairing::wrong_pairs(network, collective).into_iter().fold(error, Diagnostic::note);
+    error.help(if network.subsystems.iter().all(|s| s.gains.K.is_some()) {
+        "leave some K out and let the compiler choose it, check the signs (u = K x), or merge the subsystems that are coupled most"
+    } else {
+        "change `gain-weights` (a larger R in a strongly coupled subsystem often helps, or a larger Q), state K, or merge the subsystems that are coupled most"
+    })
 }
 
 fn assumption_2_fails(network: &Network, margin: f64) -> Diagnostic {

@@ -35,7 +35,7 @@ pub struct Sets {
     pub z_offset: Vec<usize>,
     /// Per coupling constraint and member j: support of Delta_j^chi in direction `H_h^[j] [C_j 0]`, per unit of epsilon.
     pub coupling: Vec<BTreeMap<usize, f64>>,
-    /// Per coupling constraint: what transients of the loads take of it.
+    /// Per coupling constraint: what transients of the loads take of it (at rest they take nothing, C chi_ss = yref).
     pub coupling_loads: Vec<f64>,
 }
 
@@ -173,6 +173,20 @@ pub fn small_gain_matrix(network: &Network, gains: &[SubsystemGains]) -> (DMatri
     let S = small_gain(network, gains, &z_offsets(network));
     let rho = spectral_radius(&S);
     (S, rho)
+}
+
+/// The small-gain radius with these K_i; `None` where some F_ii is not stable.
+pub fn small_gain_radius(network: &Network, K: &[DMatrix<f64>]) -> Option<f64> {
+    let z_offset = z_offsets(network);
+    let size = network.subsystems.iter().map(Subsystem::nz).sum();
+    let mut S = DMatrix::zeros(size, size);
+    for (i, (s, K)) in network.subsystems.iter().zip(K).enumerate() {
+        let F = &s.A + &s.B * K;
+        for (j, block) in small_gain_rows(s, K, &F, &Contraction::new(&F)?) {
+            S.view_mut((z_offset[i], z_offset[j]), block.shape()).copy_from(&block);
+        }
+    }
+    Some(spectral_radius(&S))
 }
 
 /// The rows of S that belong to subsystem i, by neighbour: the sum over k of |(C_zi + D_zi K) F^k E_i L_ij| for
@@ -611,7 +625,8 @@ impl References {
     fn coupling_loads(&self, network: &Network) -> Vec<f64> {
         let Some(loads) = &self.loads else { return vec![0.0; network.coupling_constraints.len()] };
         let taken = |j: usize, H: &DVector<f64>| {
-            loads.transient(&self.direction(j, network.subsystems[j].C.tr_mul(H).iter().copied()))
+            let d = self.direction(j, network.subsystems[j].C.tr_mul(H).iter().copied());
+            loads.share(&d, self.contraction.dual_norm(&d))
         };
         let constraints = network.coupling_constraints.iter();
         constraints.map(|c| sum_upper(c.H.iter().map(|(&j, H)| taken(j, H)))).collect()

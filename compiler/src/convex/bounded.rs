@@ -17,15 +17,19 @@ impl Bounded {
     /// The axis and sign in which no row bounds the set.
     pub fn new(set: Polytope) -> Result<Self, (usize, f64)> {
         let n = set.H.ncols();
+        let axes = (0..n).flat_map(|k| [(k, 1.0), (k, -1.0)]);
+        let axes = axes.map(|(k, sign)| {
+            let axis = DVector::from_fn(n, |j, _| if j == k { sign } else { 0.0 });
+            certificate(&set, &axis).ok_or((k, sign)).map(|y| (k, axis, y))
+        });
+        let proofs = axes.collect::<Result<Vec<_>, _>>()?;
+        let mut first = DVector::zeros(n);
+        proofs.iter().for_each(|(k, _, y)| first[*k] = f64::max(first[*k], y.dot(&set.h)));
+        // What is left of H'y = d acts on the hull itself, and is far too small to double it: twice the first bound is a
+        // hull, and with it the residuals are accounted for. (An axis that the set is flat in gets the others' share.)
+        let twice: DVector<f64> = first * 2.0;
         let mut hull = DVector::zeros(n);
-        for k in 0..n {
-            for sign in [1.0, -1.0] {
-                let axis = DVector::from_fn(n, |j, _| if j == k { sign } else { 0.0 });
-                let y = certificate(&set, &axis).ok_or((k, sign))?;
-                // What is left of H'y = d acts on the hull itself: at rounding level 1e-9 covers it.
-                hull[k] = f64::max(hull[k], y.dot(&set.h) * (1.0 + 1e-9));
-            }
-        }
+        proofs.iter().for_each(|(k, axis, y)| hull[*k] = f64::max(hull[*k], proved(&set, axis, y, &twice)));
         Ok(Self { set, hull })
     }
 
@@ -34,14 +38,19 @@ impl Bounded {
         let by_hull = sum_upper(d.iter().zip(&self.hull).map(|(d, w)| d.abs() * w));
         let one_way = |d: &DVector<f64>| {
             let Some(y) = certificate(&self.set, d) else { return by_hull };
-            let left = d - self.set.H.tr_mul(&y);
-            let size = d.abs() + self.set.H.abs().tr_mul(&y);
-            let rounding = left.abs() + size * (4.0 * (y.len() + 4) as f64 * f64::EPSILON);
-            let main = y.iter().zip(&self.set.h).map(|(y, h)| y * h);
-            sum_upper(main.chain(rounding.iter().zip(&self.hull).map(|(r, w)| r * w)))
+            proved(&self.set, d, &y, &self.hull)
         };
         one_way(d).max(one_way(&-d)).min(by_hull)
     }
+}
+
+/// Upper bound of d'w over the set by y >= 0: h'y, and what is left of H'y = d on a hull.
+fn proved(set: &Polytope, d: &DVector<f64>, y: &DVector<f64>, hull: &DVector<f64>) -> f64 {
+    let left = d - set.H.tr_mul(y);
+    let size = d.abs() + set.H.abs().tr_mul(y);
+    let rounding = left.abs() + size * (4.0 * (y.len() + 4) as f64 * f64::EPSILON);
+    let main = y.iter().zip(&set.h).map(|(y, h)| y * h);
+    sum_upper(main.chain(rounding.iter().zip(hull).map(|(r, w)| r * w)))
 }
 
 /// y >= 0 with H'y = d and h'y smallest: the proof that d'w <= h'y. `None` where the set has no bound in direction d.

@@ -5,29 +5,42 @@ use nalgebra::DMatrix;
 use super::interconnection::{Layer, interconnection};
 use super::short;
 use crate::network::Network;
-use crate::optim::lmi::{Interconnection, Search};
+use crate::optim::lmi::{Fastest, Interconnection, Search};
 
 /// Where the decay rates on offer lie between 1 (0) and the fastest (1).
 const SHARES: [f64; 6] = [0.01, 0.1, 0.3, 0.5, 0.7, 0.9];
+
+/// Why the inequality gives no gains.
+pub enum Nothing {
+    /// Every solution grows by this per step.
+    Grows(f64),
+    /// No solution decays faster than this, which is as slow as is looked for.
+    Slow(f64),
+    /// The solver finds nothing at all.
+    Unsolved,
+    /// There are solutions of this rate, but none came out that [`Interconnection::shrinks`] confirms.
+    Unproved(f64),
+}
 
 /// Shows `taken` gains of one layer for several decay rates, slowest and cheapest first, until it has enough (false). Each is
 /// proved for the rounded numbers and has one gain per subsystem, the given ones as given.
 ///
 /// # Errors
-/// The fastest rate the inequality has a solution for, where it is not below 1, or `None` where the solver finds nothing at all.
-pub fn offer(
-    network: &Network,
-    layer: Layer,
-    mut taken: impl FnMut(Vec<DMatrix<f64>>) -> bool,
-) -> Result<(), Option<f64>> {
+/// Why there are none.
+pub fn offer(network: &Network, layer: Layer, mut taken: impl FnMut(Vec<DMatrix<f64>>) -> bool) -> Result<(), Nothing> {
     let (plant, prices) = interconnection(network, layer);
-    let search = Search::new(&plant, &prices).ok_or(None)?;
-    let fastest = search.fastest().ok_or(None)?;
-    if fastest >= 1.0 {
-        return Err(Some(fastest));
-    }
+    let search = Search::new(&plant, &prices).ok_or(Nothing::Unsolved)?;
+    let fastest = match search.fastest() {
+        Some(Fastest::Decays(rate)) => rate,
+        Some(Fastest::Grows(rate)) => return Err(Nothing::Grows(rate)),
+        Some(Fastest::Slow(rate)) => return Err(Nothing::Slow(rate)),
+        None => return Err(Nothing::Unsolved),
+    };
     let rates = SHARES.map(|share| 1.0 - share * (1.0 - fastest));
-    let mut proved = rates.iter().filter_map(|&rate| proved(network, layer, &plant, &search, rate));
+    let mut proved = rates.iter().filter_map(|&rate| proved(network, layer, &plant, &search, rate)).peekable();
+    if proved.peek().is_none() {
+        return Err(Nothing::Unproved(fastest));
+    }
     while proved.next().is_some_and(&mut taken) {}
     Ok(())
 }

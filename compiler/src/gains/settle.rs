@@ -2,13 +2,13 @@
 
 use nalgebra::DMatrix;
 
-use super::inequality::offer;
+use super::inequality::{Nothing, offer};
 use super::interconnection::Layer;
 use super::pairing::wrong_pairs;
-use super::{Collective, Gains, SubsystemGains, each};
+use super::{Collective, Gains, K_i};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::network::{FoundBy, FoundGain, Network, Subsystem};
-use crate::sets::{Sets, small_gain_matrix, worst_reference_share};
+use crate::sets::{Sets, small_gain_radius as radius_with, worst_reference_share};
 
 /// `gains` of the file, for subsystems that state no gains themselves.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -59,7 +59,7 @@ impl Settled {
     fn by_inequality(mut network: Network) -> Result<Self, Diagnostics> {
         for layer in [Layer::Local, Layer::Reference] {
             if is_open(&network, layer) {
-                network = improved(&network, layer).map_err(|shortfall| refused(&network, layer, &shortfall))?;
+                network = improved(&network, layer).map_err(|shortfall| refused(&network, &shortfall))?;
             }
         }
         Self::with(network)
@@ -102,8 +102,24 @@ fn is_open(network: &Network, layer: Layer) -> bool {
     network.subsystems.iter().any(|s| layer.given(s).is_none())
 }
 
-/// Why the inequality does not help, as a sentence.
-struct Shortfall(String);
+/// Why the inequality does not help.
+struct Shortfall {
+    /// As a sentence.
+    note: String,
+    /// Whether the layer's first assumption fails, or what the sets ask of the K_i.
+    code: &'static str,
+}
+
+impl Shortfall {
+    /// There are no gains for the first assumption of a layer.
+    fn of(layer: Layer, note: String) -> Self {
+        let code = match layer {
+            Layer::Local => code::COLLECTIVE_LOOP,
+            Layer::Reference => code::ASSUMPTION_3,
+        };
+        Self { note, code }
+    }
+}
 
 /// `network` with gains of the inequality in one layer.
 fn improved(network: &Network, layer: Layer) -> Result<Network, Shortfall> {
@@ -134,32 +150,38 @@ fn quietest(network: &Network) -> Result<Network, Shortfall> {
         }
         good.is_none()
     };
-    offer(network, Layer::Local, judge).map_err(|fastest| no_solution(Layer::Local, fastest))?;
+    offer(network, Layer::Local, judge).map_err(|why| no_solution(network, Layer::Local, &why))?;
     others.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     let best = others.first().map(|(radius, _)| *radius);
     let standing = || others.into_iter().find(|(radius, network)| *radius < 1.0 && stands(network));
     good.or_else(|| standing().map(|(_, network)| network)).ok_or_else(|| loud(best))
 }
 
+/// `None` where some F_ii is not stable, or its sums overflow.
 fn small_gain_radius(network: &Network) -> Option<f64> {
-    let gains = each(&network.subsystems, SubsystemGains::new).ok()?;
-    Some(small_gain_matrix(network, &gains).1).filter(|radius| radius.is_finite())
+    let K = network.subsystems.iter().map(|s| K_i(s).ok()).collect::<Option<Vec<_>>>()?;
+    radius_with(network, &K).filter(|radius| radius.is_finite())
 }
 
 /// Whether nothing is left to blame the K_i for.
 fn stands(network: &Network) -> bool {
-    attempt(network).map_or_else(|errors| blamed(&errors) == Some(Layer::Reference), |_| true)
+    attempt(network).map_or_else(|errors| blamed(&errors) != Some(Layer::Local), |_| true)
 }
 
 fn loud(best: Option<f64>) -> Shortfall {
     let solved = "the matrix inequality for all K_i together has solutions";
-    Shortfall(match best {
-        Some(best) if best >= 1.0 => format!("{solved}, but the small-gain radius is {best:.4} with the best of them"),
-        Some(best) => {
-            format!("{solved} with a small-gain radius of {best:.4}, but the sets were not found for them either")
+    let (note, code) = match best {
+        Some(best) if best >= 1.0 => {
+            (format!("{solved}, but the small-gain radius is {best:.4} with the best of them"), code::SMALL_GAIN)
         }
-        None => format!("{solved}, but none that survives rounding"),
-    })
+        Some(best) => {
+            let note =
+                format!("{solved} with a small-gain radius of {best:.4}, but the sets were not found for them either");
+            (note, code::NO_INVARIANT_SET)
+        }
+        None => (format!("{solved}, but with none of them every A_ii + B_ii K_i is stable"), code::COLLECTIVE_LOOP),
+    };
+    Shortfall { note, code }
 }
 
 /// Small-gain radii up to here are as good as smaller ones.
@@ -167,34 +189,63 @@ const SMALL: f64 = 0.5;
 
 /// The one that takes the smallest share of X_i and U_i for references that move.
 fn roomiest(network: &Network) -> Result<Network, Shortfall> {
-    let mut best: Option<(f64, Network)> = None;
+    let (mut best, mut judged): (Option<(f64, Network)>, Vec<Diagnostics>) = (None, Vec::new());
     let judge = |gains: Vec<DMatrix<f64>>| {
         let network = with_gains(network, Layer::Reference, &gains);
-        let share = reference_share(&network).filter(|share| best.as_ref().is_none_or(|(least, _)| share < least));
-        best = share.map(|share| (share, network)).or(best.take());
+        match reference_share(&network) {
+            Ok(share) if best.as_ref().is_none_or(|(least, _)| share < *least) => best = Some((share, network)),
+            Ok(_) => {}
+            Err(errors) => judged.push(errors),
+        }
         true
     };
-    offer(network, Layer::Reference, judge).map_err(|fastest| no_solution(Layer::Reference, fastest))?;
-    let none = "the matrix inequality for all calK_i together has solutions, but none that survives rounding";
-    best.map(|(_, network)| network).ok_or_else(|| Shortfall(none.to_owned()))
+    offer(network, Layer::Reference, judge).map_err(|why| no_solution(network, Layer::Reference, &why))?;
+    let why = || judged.first().and_then(|errors| errors.0.first()).map_or(String::new(), |error| error.title.clone());
+    best.map(|(_, network)| network).ok_or_else(|| {
+        let note =
+            format!("the matrix inequality for all calK_i together has solutions, but no design follows: {}", why());
+        Shortfall::of(Layer::Reference, note)
+    })
 }
 
-fn reference_share(network: &Network) -> Option<f64> {
-    let gains = Gains::new(network).ok()?;
-    worst_reference_share(network, &gains).ok().filter(|share| share.is_finite())
+fn reference_share(network: &Network) -> Result<f64, Diagnostics> {
+    let gains = Gains::new(network)?;
+    worst_reference_share(network, &gains)
 }
 
-fn no_solution(layer: Layer, fastest: Option<f64>) -> Shortfall {
+/// A factor above 1.
+fn growth(rate: f64) -> String {
+    if rate > 1.0005 { format!("{rate:.4}") } else { format!("1 + {:.1e}", rate - 1.0) }
+}
+
+fn no_solution(network: &Network, layer: Layer, why: &Nothing) -> Shortfall {
     let gains = match layer {
         Layer::Local => "K_i",
         Layer::Reference => "calK_i",
     };
-    Shortfall(match fastest {
-        Some(rate) => format!(
-            "no {gains} at all have a block-diagonal Lyapunov matrix: the matrix inequality for all {gains} together needs a growth of {rate:.4} per step, must be below 1"
+    let given: Vec<&str> =
+        network.subsystems.iter().filter(|s| layer.given(s).is_some()).map(|s| s.name.as_str()).collect();
+    let (all, beside) = match &given[..] {
+        [] => (format!("no {gains} at all have"), String::new()),
+        given => (format!("no {gains} have"), format!(" beside the stated gains of {}", given.join(", "))),
+    };
+    let note = match why {
+        Nothing::Grows(rate) => format!(
+            "{all} a block-diagonal Lyapunov matrix{beside}: the matrix inequality for all {gains} together needs a growth of {} per step, must be below 1",
+            growth(*rate)
         ),
-        None => format!("the matrix inequality for all {gains} together has no solution that could be computed"),
-    })
+        Nothing::Slow(rate) => format!(
+            "{all} a block-diagonal Lyapunov matrix that decays by more than {:.1e} per step{beside}, as far as the solver can tell",
+            1.0 - rate
+        ),
+        Nothing::Unsolved => {
+            format!("the matrix inequality for all {gains} together{beside} has no solution that could be computed")
+        }
+        Nothing::Unproved(fastest) => format!(
+            "the matrix inequality for all {gains} together{beside} has solutions down to {fastest:.6} per step, but the solver found none that plain arithmetic could confirm"
+        ),
+    };
+    Shortfall::of(layer, note)
 }
 
 /// `gains = "lqr"` where other gains might do.
@@ -206,27 +257,24 @@ fn offered(mut errors: Diagnostics) -> Diagnostics {
     errors
 }
 
-fn noted(Diagnostics(mut errors): Diagnostics, Shortfall(shortfall): &Shortfall) -> Diagnostics {
+fn noted(Diagnostics(mut errors): Diagnostics, shortfall: &Shortfall) -> Diagnostics {
     if let Some(error) = errors.first_mut() {
-        error.notes.push(shortfall.clone());
+        error.notes.push(shortfall.note.clone());
     }
     Diagnostics(errors)
 }
 
-/// `gains = "lmi"` where the inequality has no solution.
-fn refused(network: &Network, layer: Layer, Shortfall(shortfall): &Shortfall) -> Diagnostics {
-    let (code, assumption) = match layer {
-        Layer::Local => (code::COLLECTIVE_LOOP, "Assumption 1"),
-        Layer::Reference => (code::ASSUMPTION_3, "Assumption 3"),
+/// `gains = "lmi"` where the inequality gives no gains that do.
+fn refused(network: &Network, shortfall: &Shortfall) -> Diagnostics {
+    let title = match shortfall.code {
+        code::ASSUMPTION_3 => "no gains for Assumption 3 come out of the matrix inequality",
+        code::COLLECTIVE_LOOP => "no gains for Assumption 1 come out of the matrix inequality",
+        code::SMALL_GAIN => "no gains for Assumption 4 come out of the matrix inequality",
+        _ => "no gains with invariant sets come out of the matrix inequality",
     };
-    let title = format!("no gains for {assumption} come out of the matrix inequality");
     let place = network.places.gains.clone().unwrap_or_default();
-    let error = Diagnostic::error(code, title).at(place, "asked for here").note(shortfall.clone());
-    let pairs = match layer {
-        Layer::Local => Vec::new(),
-        Layer::Reference => wrong_pairs(network, &Collective::new(network)),
-    };
-    let error = pairs.into_iter().fold(error, Diagnostic::note);
+    let error = Diagnostic::error(shortfall.code, title).at(place, "asked for here").note(shortfall.note.clone());
+    let error = wrong_pairs(network, &Collective::new(network)).into_iter().fold(error, Diagnostic::note);
     error.help("leave `gains` out: local Riccati equations may do where the inequality does not").into()
 }
 

@@ -39,7 +39,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::conic::{Answer, Form};
-use super::lyapunov::lyapunov;
+use super::lyapunov::{lyapunov, spectral_radius};
 use super::riccati::lqr;
 use super::semidefinite::{AffineMatrix, SemidefiniteProgram};
 
@@ -78,7 +78,22 @@ pub struct Search<'a> {
     coordinates: Vec<Coordinates>,
     /// In the coordinates, as all below.
     plant: Interconnection,
+    /// A - I, by blocks.
+    steps: BTreeMap<(usize, usize), DMatrix<f64>>,
     layout: Layout,
+    /// What one step of the slowest local regulator decays by: the unit of decay, see [`Search::inequality`].
+    pace: f64,
+}
+
+/// The smallest rate that the inequality has a solution for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Fastest {
+    /// Below 1.
+    Decays(f64),
+    /// Above 1: no block-diagonal S proves stability, and the number says by how much.
+    Grows(f64),
+    /// No decay faster than to this rate, the slowest that is looked for.
+    Slow(f64),
 }
 
 /// x_i = T xi, u_i = V v, T lower triangular.
@@ -93,9 +108,8 @@ struct Coordinates {
 }
 
 impl Coordinates {
-    /// In which the local regulator's covariance is I. `None` where there is no local regulator.
-    fn new(A: &DMatrix<f64>, B: &DMatrix<f64>, price: &Price) -> Option<Self> {
-        let F = if B.ncols() == 0 { A.clone() } else { A + B * lqr(A, B, &price.Q, &price.R)? };
+    /// In which the covariance of the local regulator, with the loop F, is I.
+    fn new(F: &DMatrix<f64>, price: &Price) -> Option<Self> {
         let W = Cholesky::new(price.Q.clone())?.inverse();
         let T = Cholesky::new(lyapunov(&F.transpose(), &W)?)?.l();
         Self::with(T, price)
@@ -113,6 +127,11 @@ impl Coordinates {
     }
 }
 
+/// The loop that the local regulator closes; `None` where there is none.
+fn regulated(A: &DMatrix<f64>, B: &DMatrix<f64>, price: &Price) -> Option<DMatrix<f64>> {
+    if B.ncols() == 0 { Some(A.clone()) } else { Some(A + B * lqr(A, B, &price.Q, &price.R)?) }
+}
+
 /// The answer with the largest margin.
 struct Centre {
     mu: f64,
@@ -122,36 +141,59 @@ struct Centre {
 impl<'a> Search<'a> {
     /// `None` where a subsystem cannot be stabilised by its own inputs: then no gains exist at all.
     pub fn new(plant: &'a Interconnection, prices: &'a [Price]) -> Option<Self> {
-        let each = prices.iter().enumerate();
-        let coordinates = each.map(|(i, price)| Coordinates::new(&plant.A[&(i, i)], &plant.B[&(i, i)], price));
-        Self::within(plant, prices, coordinates.collect::<Option<_>>()?)
+        let (mut coordinates, mut pace) = (Vec::new(), 1.0_f64);
+        for (i, price) in prices.iter().enumerate() {
+            let F = regulated(&plant.A[&(i, i)], &plant.B[&(i, i)], price)?;
+            pace = pace.min(1.0 - spectral_radius(&F));
+            coordinates.push(Coordinates::new(&F, price)?);
+        }
+        Self::within(plant, prices, coordinates, pace.max(SLOWEST_PACE))
     }
 
-    fn within(given: &'a Interconnection, prices: &'a [Price], coordinates: Vec<Coordinates>) -> Option<Self> {
+    fn within(
+        given: &'a Interconnection,
+        prices: &'a [Price],
+        coordinates: Vec<Coordinates>,
+        pace: f64,
+    ) -> Option<Self> {
         let into = |i: usize, block: DMatrix<f64>| coordinates[i].T.solve_lower_triangular(&block);
         let A = given.A.iter().map(|(&(i, j), A)| Some(((i, j), into(i, A * &coordinates[j].T)?)));
         let B = given.B.iter().map(|(&(i, j), B)| Some(((i, j), into(i, B * &coordinates[j].V)?)));
         let plant = Interconnection { A: A.collect::<Option<_>>()?, B: B.collect::<Option<_>>()? };
-        Some(Self { layout: Layout::new(&plant), given, prices, coordinates, plant })
+        let step = |(&(i, j), A): (&(usize, usize), &DMatrix<f64>)| {
+            // In the coordinates of before, so that nothing cancels.
+            let own = if i == j {
+                &given.A[&(i, i)] - DMatrix::identity(A.nrows(), A.nrows())
+            } else {
+                given.A[&(i, j)].clone()
+            };
+            Some(((i, j), into(i, own * &coordinates[j].T)?))
+        };
+        let steps = plant.A.iter().map(step).collect::<Option<_>>()?;
+        Some(Self { layout: Layout::new(&plant), given, prices, coordinates, plant, steps, pace })
     }
 
     /// The smallest lambda for which the inequality has a solution with a margin, which keeps S from degenerating: the gains
-    /// beyond it are the ones nobody wants. Above 1: no
-    /// block-diagonal S proves stability, and the number says by how much. |1 - lambda| is good to half a percent.
+    /// beyond it are the ones nobody wants. |1 - lambda| is good to half a percent.
     ///
     /// `None` where even large lambda have none that the solver finds.
-    pub fn fastest(&self) -> Option<f64> {
+    pub fn fastest(&self) -> Option<Fastest> {
         let wide = |search: &Self, rate: f64| search.centre(rate).is_some_and(|centre| centre.mu > MARGIN);
         let settled = |rate: f64| wide(self, rate);
-        // |1 - lambda| on a logarithmic scale: slow plants differ there.
-        let slow = |t: f64| 1.0 - 10.0_f64.powf(-t);
-        let fast = |t: f64| 1.0 + 10.0_f64.powf(t - SLOWEST);
+        // |1 - lambda| on a logarithmic scale, and relative to what the subsystems do alone.
+        let slow = |t: f64| 1.0 - self.pace * 10.0_f64.powf(-t);
+        let fast = |t: f64| 1.0 + self.pace * 10.0_f64.powf(t - SLOWEST);
+        let slowest = slow(SLOWEST);
         // Whether there is any decay at all shall not depend on where the coordinates come from.
-        if settled(slow(SLOWEST)) || self.centred(slow(SLOWEST)).is_some_and(|search| wide(&search, slow(SLOWEST))) {
-            return Some(slow(bisect(0.0, SLOWEST, |t| settled(slow(t)))));
+        if settled(slowest) || self.centred(slowest).is_some_and(|search| wide(&search, slowest)) {
+            return Some(Fastest::Decays(slow(bisect(self.pace.log10(), SLOWEST, |t| settled(slow(t))))));
         }
-        let decade = (0..=8).map(f64::from).find(|&t| settled(fast(t)))?;
-        Some(fast(if decade == 0.0 { 0.0 } else { bisect(decade - 1.0, decade, |t| settled(fast(t))) }))
+        let decades = (SLOWEST + 4.0 - self.pace.log10()).ceil() as i32;
+        let decade = (0..=decades).map(f64::from).find(|&t| settled(fast(t)))?;
+        Some(match decade {
+            0.0 => Fastest::Slow(slowest),
+            _ => Fastest::Grows(fast(bisect(decade - 1.0, decade, |t| settled(fast(t))))),
+        })
     }
 
     /// The cheapest gains with rate lambda.
@@ -166,7 +208,7 @@ impl<'a> Search<'a> {
         let Centre { S, .. } = self.centre(rate)?;
         let turned = S.into_iter().zip(&self.coordinates).zip(self.prices);
         let turned = turned.map(|((S, now), price)| Coordinates::with(&now.T * Cholesky::new(S)?.l(), price));
-        Self::within(self.given, self.prices, turned.collect::<Option<_>>()?)
+        Self::within(self.given, self.prices, turned.collect::<Option<_>>()?, self.pace)
     }
 
     fn cheapest(&self, rate: f64) -> Option<Feedback> {
@@ -225,13 +267,20 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// [lambda^2 S, A S + B Y; ., S].
+    /// [lambda^2 S, F S; (F S)', S], F S = A S + B Y, in the form that slow plants need. With X = F S - S, which is as small as a step is
+    /// short, and the congruence [I, -I; 0, I] followed by diag(I / sqrt(pace), I) it is
+    ///
+    /// ```text
+    /// [ -(X + X' + (1 - lambda^2) S) / pace     X / sqrt(pace) ]
+    /// [             .                                 S        ]
+    /// ```
     fn inequality(&self, variables: &Variables, rate: f64) -> AffineMatrix {
         let Layout { sizes, x, n, .. } = &self.layout;
+        let (pace, root) = (self.pace, self.pace.sqrt());
         let mut matrix = AffineMatrix::new(2 * n);
         for (i, x) in x.iter().enumerate() {
             for (a, b, s) in variables.entries(i) {
-                matrix.add(x + a, x + b, &Form::new([(s, rate * rate)], 0.0));
+                matrix.add(x + a, x + b, &Form::new([(s, -(1.0 - rate * rate) / pace)], 0.0));
                 matrix.add(n + x + a, n + x + b, &Form::new([(s, 1.0)], 0.0));
             }
         }
@@ -242,12 +291,16 @@ impl<'a> Search<'a> {
                     let terms = (0..block.ncols()).map(|c| (factor(j, c, b), block[(a, c)]));
                     let form = Form::new(terms.filter(|(_, value)| *value != 0.0), 0.0);
                     if !form.terms.is_empty() {
-                        matrix.add(x[i] + a, n + x[j] + b, &form);
+                        let (row, column) = (x[i] + a, x[j] + b);
+                        // An entry of the symmetric matrix X + X' is met from both sides of its diagonal, one of the diagonal once.
+                        let twice = if row == column { 2.0 } else { 1.0 };
+                        matrix.add(row, column, &form.times(-twice / pace));
+                        matrix.add(row, n + column, &form.times(1.0 / root));
                     }
                 }
             }
         };
-        product(&self.plant.A, &|j, c, b| variables.s(j, c, b));
+        product(&self.steps, &|j, c, b| variables.s(j, c, b));
         product(&self.plant.B, &|j, c, b| variables.y(j, c, b));
         matrix
     }
@@ -297,8 +350,11 @@ impl Interconnection {
 /// Margins below this are the solver's noise: S <= I fixes the scale, and answers are good to about 1e-8.
 const MARGIN: f64 = 1e-6;
 
-/// 1 - 10^-SLOWEST is the slowest rate that counts as a decay.
+/// A decay of 10^-SLOWEST of the pace is the slowest that counts as one.
 const SLOWEST: f64 = 4.0;
+
+/// Slower local regulators than this are at the edge of stability.
+const SLOWEST_PACE: f64 = 1e-9;
 
 /// The place where `holds` begins to, between `no` and `yes`, on the side where it does.
 fn bisect(mut no: f64, mut yes: f64, holds: impl Fn(f64) -> bool) -> f64 {
@@ -418,7 +474,6 @@ impl Variables {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optim::lyapunov::spectral_radius;
 
     fn scalar(value: f64) -> DMatrix<f64> {
         DMatrix::from_element(1, 1, value)
@@ -438,12 +493,19 @@ mod tests {
         [(); 2].map(|()| Price { Q: scalar(1.0), R: DMatrix::zeros(0, 0) })
     }
 
+    fn fastest(plant: &Interconnection, prices: &[Price]) -> f64 {
+        match Search::new(plant, prices).and_then(|search| search.fastest()) {
+            Some(Fastest::Decays(rate) | Fastest::Grows(rate)) => rate,
+            other => panic!("{other:?}"),
+        }
+    }
+
     /// A symmetric matrix contracts in Euclid's norm by its radius, and in no norm by less.
     #[test]
     fn the_fastest_rate_of_a_symmetric_matrix_is_its_radius() {
         for (a, c, radius) in [(0.5, 0.3, 0.8), (0.2, -0.7, 0.9), (0.9, 0.3, 1.2), (0.95, 0.049, 0.999)] {
             let (plant, prices) = (pair(a, c), free());
-            let rate = Search::new(&plant, &prices).and_then(|search| search.fastest()).unwrap();
+            let rate = fastest(&plant, &prices);
             assert!(
                 rate >= radius - 1e-6 && (rate - radius).abs() <= 0.006 * (1.0_f64 - radius).abs(),
                 "{rate} {radius}"
@@ -457,7 +519,7 @@ mod tests {
         let mut plant = pair(0.5, 0.0);
         plant.A.insert((0, 1), scalar(20.0));
         let prices = free();
-        let rate = Search::new(&plant, &prices).and_then(|search| search.fastest()).unwrap();
+        let rate = fastest(&plant, &prices);
         assert!((0.5..0.6).contains(&rate), "{rate}");
     }
 

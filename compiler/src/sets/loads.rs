@@ -121,9 +121,4 @@ impl Response {
         let by_range = sum_upper([total(&centre), self.in_range.support(d)]);
         by_rate.min(by_range)
     }
-
-    /// The same for a row that is zero on all steady states under loads.
-    pub fn transient(&self, d: &DVector<f64>) -> f64 {
-        self.at_rate.support(d)
-    }
 }

@@ -84,7 +84,7 @@ fn disturbance_too_large(context: &Context, proofs: Vec<Proofs>, limit: &Limit) 
     let program = Program::new(context, proofs, &Asks::default());
     let mut error =
         Diagnostic::error(code::DISTURBANCE_TOO_LARGE, "what acts on the states leaves no set-point at all");
-    let share = format!("{:.1} % of this is possible", 100.0 * limit.value);
+    let share = format!("{:.1} % of this, and of all the others, is possible", 100.0 * limit.value);
     for s in &context.network.subsystems {
         for place in [&s.places.w, &s.places.measurement_error, &s.places.loads].into_iter().flatten() {
             error = error.at(place.clone(), share.clone());
@@ -96,7 +96,7 @@ fn disturbance_too_large(context: &Context, proofs: Vec<Proofs>, limit: &Limit) 
     }
     error
         .note(format!(
-            "all of them together, the largest share with any set-point is {:.4}; what stops it: {}",
+            "all of them together, the largest share with any set-point is {:.4} with these gains; what stops it: {}",
             limit.value,
             limit.rows(context)
         ))
@@ -107,13 +107,15 @@ fn disturbance_too_large(context: &Context, proofs: Vec<Proofs>, limit: &Limit) 
 fn emptied_by_tube(context: &Context, program: &Program, i: usize, q: &DVector<f64>) -> Vec<String> {
     let (s, proofs, sets) = (&context.network.subsystems[i], &program.proofs[i], &context.sets.subsystems[i]);
     let noise = context.noise(i).u;
-    let of_x = (0..s.X.h.len()).map(|r| (&s.X.rows[r], s.X.h[r], proofs.tube_x[r].on(q), sets.x_rows[r].load));
+    let of_x = (0..s.X.h.len()).map(|r| (&s.X.rows[r], s.X.h[r], proofs.tube_x[r].on(q), 0.0, sets.x_rows[r].load));
     let of_u =
-        (0..s.U.h.len()).map(|r| (&s.U.rows[r], s.U.h[r], proofs.tube_u[r].on(q) + noise[r], sets.u_rows[r].load));
-    let emptied = of_x.chain(of_u).filter(|(_, room, tube, load)| tube + load >= *room);
-    let line = |(row, room, tube, load): (&String, f64, f64, f64)| {
+        (0..s.U.h.len()).map(|r| (&s.U.rows[r], s.U.h[r], proofs.tube_u[r].on(q), noise[r], sets.u_rows[r].load));
+    let emptied = of_x.chain(of_u).filter(|(_, room, tube, noise, load)| tube + noise + load >= *room);
+    let line = |(row, room, tube, noise, load): (&String, f64, f64, f64, f64)| {
+        let takes = if noise > 0.0 { "the tube E and K times measurement errors take" } else { "the tube E takes" };
+        let tube = tube + noise;
         let loads = if load > 0.0 { format!(", the references need {load:.4} for the loads") } else { String::new() };
-        format!("`{row}` of `{}` is emptied: its room is {room:.4}, the tube E takes {tube:.4} of it{loads}", s.name)
+        format!("`{row}` of `{}` is emptied: its room is {room:.4}, {takes} {tube:.4} of it{loads}", s.name)
     };
     emptied.map(line).collect()
 }

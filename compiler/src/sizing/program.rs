@@ -103,7 +103,7 @@ impl Program {
             Some(epsilon) if !matches!(asks.goal, Goal::Epsilon | Goal::Disturbance) => Epsilon::Given(epsilon),
             _ => Epsilon::Free(problem.variable(most_epsilon(context))),
         };
-        let scaled = !matches!(asks.goal, Goal::Wishes | Goal::Epsilon);
+        let scaled = !matches!(asks.goal, Goal::Wishes | Goal::Speed | Goal::Epsilon);
         let factor = scaled.then(|| problem.variable(1.0));
         let mut program = Self { proofs, problem, variables, epsilon, factor, goal: asks.goal, rows: Vec::new() };
         for i in 0..context.network.subsystems.len() {

@@ -4,7 +4,7 @@ use super::candidate::Candidate;
 use crate::gains::Layer;
 use crate::network::{Network, Subsystem};
 
-/// Subsystems with one model and one gain: they share variables.
+/// Subsystems with equal own dynamics, limits and gains: they share variables.
 pub type Group = Vec<usize>;
 
 /// The gains of one layer of some groups, searched together.

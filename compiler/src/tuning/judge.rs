@@ -79,11 +79,6 @@ impl<'a> Judge<'a> {
         merit
     }
 
-    /// Ends the search: what is left is too little for the next move.
-    pub fn exhaust(&mut self) {
-        self.limit = self.limit.min(self.compared);
-    }
-
     /// Makes the multipliers anew at the next candidate.
     pub fn forget(&mut self) {
         self.basis = None;

@@ -167,7 +167,7 @@ impl<'a> Search<'a> {
         let start = self.best().0.clone();
         let variables = block.len(&start);
         if self.judge.left() < 2 * variables {
-            return self.judge.exhaust();
+            return;
         }
         self.judge.forget();
         let evaluations = ((per_entry * (variables + 1) as f64) as usize).min(self.judge.left());
@@ -199,7 +199,9 @@ impl<'a> Search<'a> {
                 return found(candidate, proved.unwrap_or(*expected), figures(candidate, &design));
             }
         }
-        found(start, merit.unwrap_or(*start_merit), figures(start, &first))
+        // Gains that only seemed to give a design come after all that do.
+        let short_of_it = Merit { stage: start_merit.stage.min(Stage::Cover), ..*start_merit };
+        found(start, merit.unwrap_or(short_of_it), figures(start, &first))
     }
 }
 
