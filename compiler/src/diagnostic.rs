@@ -105,6 +105,9 @@ pub mod code {
     pub const ASSUMPTION_3: &str = "E0205";
     /// A subsystem cannot integrate the error of its own outputs, so it has no calK_i.
     pub const NO_INTEGRATION: &str = "E0206";
+    /// The references of a network that is too large for dense matrices act on each other too strongly for the sparse proof of
+    /// Assumption 3.
+    pub const LARGE_REFERENCES: &str = "E0207";
     /// The small-gain radius is not below 1 (Assumption 4).
     pub const SMALL_GAIN: &str = "E0301";
     /// No invariant set was found on any normals tried.
@@ -136,7 +139,7 @@ pub mod code {
     pub const NUMERICAL: [&str; 6] = [FEW_NORMALS, STEADY_STATE, NOT_SIZED, LOST_SLACK, NOT_CONVEX, OVERFLOW];
 
     /// All others.
-    pub const ALL: [&str; 41] = [
+    pub const ALL: [&str; 42] = [
         SYNTAX,
         UNKNOWN_KEY,
         MISSING_KEY,
@@ -171,6 +174,7 @@ pub mod code {
         ASSUMPTION_2,
         ASSUMPTION_3,
         NO_INTEGRATION,
+        LARGE_REFERENCES,
         SMALL_GAIN,
         NO_INVARIANT_SET,
         EPSILON,

@@ -56,6 +56,7 @@ pub mod notices;
 pub mod optim;
 pub mod problems;
 pub mod sets;
+mod sharing;
 pub mod sizing;
 pub mod spec;
 pub mod summary;

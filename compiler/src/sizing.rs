@@ -21,7 +21,6 @@ use crate::gains::Gains;
 use crate::network::Network;
 use crate::optim::conic::Answer;
 use crate::sets::{Sets, closed_loop_z, floor_support, import_gain, least_offsets, noise_through_gain};
-pub use program::CAP;
 use program::{Asks, Goal, Program};
 
 pub use appraise::{Aim, Merit, Stage};

@@ -58,10 +58,17 @@ impl Summary<'_> {
             "Assumptions, each with its margin".to_owned(),
             self.origins(),
             below_one("1  spectral radius of A + BK", gains.rho_F),
-            format!("  2  {:<40}{:<10} above 0", "smallest singular value, relative", short(gains.rank_margin)),
+            self.rank(),
             below_one("3  spectral radius of calF", gains.rho_calF),
             below_one("4  small gain: spectral radius of S", sets.rho_small_gain),
         ]
+    }
+
+    fn rank(&self) -> String {
+        match self.design.gains.rank_margin {
+            Some(margin) => format!("  2  {:<40}{:<10} above 0", "smallest singular value, relative", short(margin)),
+            None => "  2  full rank, since calF is stable (not measured: large network)".to_owned(),
+        }
     }
 
     /// Where the gains came from; all subsystems mostly have the same origin.
