@@ -2,6 +2,7 @@
 
 pub mod checker;
 pub mod host_loop;
+pub mod large_network;
 pub mod least_distance;
 pub mod plants;
 pub mod problem_checker;

@@ -50,8 +50,7 @@ impl Design {
         let network = Network::new(&spec, source)?;
         watch.stage("Network");
         let effort = effort.unwrap_or(network.effort);
-        let settled = Settled::new(network.clone());
-        watch.stage("Gains, Sets");
+        let settled = Settled::watched(network.clone(), watch);
         let start = settled.as_ref().map_or(&network, |settled| &settled.network);
         match Tuning::new(start, effort, watch) {
             Some((tuned, tuning)) => Self::tuned(tuned, tuning, watch),

@@ -45,6 +45,7 @@
 use lapack_symbols as _;
 
 pub mod build;
+pub mod clock;
 pub mod convex;
 pub mod design;
 pub mod diagnostic;

@@ -22,9 +22,9 @@ use crate::optim::responses::{power_sum, starts};
 use crate::optim::rounding::{sum_upper, up_to_digits};
 use crate::optim::sparse::Sparse;
 use crate::sharing::{Key, shared, spread};
-use references::References;
-pub use references::ReferenceShare;
 pub use exogenous::{Exogenous, least_offsets, noise_support, noise_through_gain};
+pub use references::ReferenceShare;
+use references::References;
 
 /// After this point: on the normals of each E_i a robustly positively invariant set exists, on those of each Sigma_i
 /// a positively invariant one, both with their multipliers; the small-gain matrix has a spectral radius below 1 and
@@ -326,12 +326,7 @@ fn nominal_zeta(network: &Network, S: &Sparse, z: &[usize]) -> DVector<f64> {
 
 /// Normals and nominal tube of every subsystem, with the radius of the small gain on these normals. More powers of
 /// F_ii are added as normals until that radius is below 1.
-fn tubes(
-    network: &Network,
-    gains: &Gains,
-    zeta: &DVector<f64>,
-    z: &[usize],
-) -> Result<(Vec<Shape>, f64), Diagnostics> {
+fn tubes(network: &Network, gains: &Gains, zeta: &DVector<f64>, z: &[usize]) -> Result<(Vec<Shape>, f64), Diagnostics> {
     let mut last = f64::INFINITY;
     for fewest in 0..MORE_POWERS {
         let key = |i: usize| {
@@ -390,12 +385,17 @@ fn disturbance(P: &DMatrix<f64>, s: &Subsystem, zeta: &DVector<f64>, z: &[usize]
 fn loop_matrix(network: &Network, gains: &Gains, shapes: &[Shape], z: &[usize]) -> Sparse {
     let parts = &network.subsystems;
     let blocks = spread(parts.len(), |i| loop_blocks(&parts[i], &gains.subsystems[i], &shapes[i]));
-    let blocks = blocks.iter().enumerate().flat_map(|(i, row)| row.iter().map(move |(j, block)| ((z[i], z[*j]), block)));
+    let blocks =
+        blocks.iter().enumerate().flat_map(|(i, row)| row.iter().map(move |(j, block)| ((z[i], z[*j]), block)));
     Sparse::from_blocks(z[parts.len()], z[parts.len()], blocks)
 }
 
 /// One row of blocks, by neighbour.
-fn loop_blocks(s: &Subsystem, g: &SubsystemGains, Shape { normals: P, set: tube }: &Shape) -> Vec<(usize, DMatrix<f64>)> {
+fn loop_blocks(
+    s: &Subsystem,
+    g: &SubsystemGains,
+    Shape { normals: P, set: tube }: &Shape,
+) -> Vec<(usize, DMatrix<f64>)> {
     let Some(mu) = multipliers(P, &tube.q, &closed_loop_z(s, g)) else { return Vec::new() };
     let mu = DMatrix::from_fn(mu.len(), P.nrows(), |a, b| mu[a].mu[b].abs());
     let size = P.nrows();

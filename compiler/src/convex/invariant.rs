@@ -169,8 +169,10 @@ mod tests {
 
     #[test]
     fn blocks_have_the_fixed_point_of_the_dense_matrix() {
-        let M = DMatrix::from_fn(6, 6, |i, j| if i.abs_diff(j) <= 2 { 0.1 + 0.02 * (i + 2 * j) as f64 / 6.0 } else { 0.0 });
-        let (r, least) = (DVector::from_element(6, 1.0), DVector::from_fn(6, |k, _| if k % 2 == 0 { 2.5 } else { 0.0 }));
+        let M =
+            DMatrix::from_fn(6, 6, |i, j| if i.abs_diff(j) <= 2 { 0.1 + 0.02 * (i + 2 * j) as f64 / 6.0 } else { 0.0 });
+        let (r, least) =
+            (DVector::from_element(6, 1.0), DVector::from_fn(6, |k, _| if k % 2 == 0 { 2.5 } else { 0.0 }));
         let dense = least_fixed_point(&M, &r, &least).unwrap();
         let sparse = Sparse::from_blocks(6, 6, [((0, 0), &M)]);
         let blocks = least_fixed_point_of_blocks(&sparse, &[0, 2, 3, 6], &r, &least).unwrap();

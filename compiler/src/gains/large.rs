@@ -30,7 +30,10 @@ impl Gains {
     ///
     /// # Errors
     /// The loop gain of the references where that proof fails, with the gains.
-    pub(super) fn large(network: &Network, subsystems: Vec<SubsystemGains>) -> Result<Self, (f64, Vec<SubsystemGains>)> {
+    pub(super) fn large(
+        network: &Network,
+        subsystems: Vec<SubsystemGains>,
+    ) -> Result<Self, (f64, Vec<SubsystemGains>)> {
         let loops = reference_loops(network, &subsystems);
         let responses = match Responses::new(&loops) {
             Ok(responses) => responses,

@@ -5,10 +5,11 @@ use nalgebra::DMatrix;
 use super::inequality::offer;
 use super::interconnection::Layer;
 use super::pairing::wrong_pairs;
-use super::{Collective, Gains, SubsystemGains, each};
+use super::{Collective, Gains, SubsystemGains, each, reference_states};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::network::{Network, Subsystem};
 use crate::sets::{Sets, small_gain_matrix, worst_reference_share};
+use crate::tuning::Watch;
 
 /// `gains` of the file, for subsystems that state no gains themselves.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -40,31 +41,40 @@ impl Settled {
     /// # Errors
     /// Those of [`Gains::new`] and [`Sets::new`] for the gains tried first, with what the matrix inequality has to say.
     pub fn new(network: Network) -> Result<Self, Diagnostics> {
+        Self::watched(network, &mut ())
+    }
+
+    /// [`Settled::new`]; `watch` hears when gains or sets have been made.
+    ///
+    /// # Errors
+    /// As [`Settled::new`].
+    pub fn watched(network: Network, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
         match network.gains {
-            GainChoice::Lqr => Self::with(network).map_err(offered),
-            GainChoice::Lmi => Self::by_inequality(network),
-            GainChoice::Auto => Self::by_need(network),
+            GainChoice::Lqr => Self::with(network, watch).map_err(offered),
+            GainChoice::Lmi => Self::by_inequality(network, watch),
+            GainChoice::Auto => Self::by_need(network, watch),
         }
     }
 
-    fn with(network: Network) -> Result<Self, Diagnostics> {
-        let (gains, sets) = attempt(&network)?;
+    fn with(network: Network, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
+        let (gains, sets) = attempt(&network, watch)?;
         Ok(Self { network, gains, sets })
     }
 
-    fn by_inequality(mut network: Network) -> Result<Self, Diagnostics> {
+    fn by_inequality(mut network: Network, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
         for layer in [Layer::Local, Layer::Reference] {
             if is_open(&network, layer) {
                 network = improved(&network, layer).map_err(|shortfall| refused(&network, layer, &shortfall))?;
             }
         }
-        Self::with(network)
+        watch.stage("Gains");
+        Self::with(network, watch)
     }
 
-    fn by_need(mut network: Network) -> Result<Self, Diagnostics> {
+    fn by_need(mut network: Network, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
         let mut tried = Vec::new();
         loop {
-            let errors = match attempt(&network) {
+            let errors = match attempt(&network, watch) {
                 Ok((gains, sets)) => return Ok(Self { network, gains, sets }),
                 Err(errors) => errors,
             };
@@ -79,10 +89,13 @@ impl Settled {
     }
 }
 
-fn attempt(network: &Network) -> Result<(Gains, Sets), Diagnostics> {
-    let gains = Gains::new(network)?;
-    let sets = Sets::new(network, &gains)?;
-    Ok((gains, sets))
+fn attempt(network: &Network, watch: &mut dyn Watch) -> Result<(Gains, Sets), Diagnostics> {
+    let gains = Gains::new(network);
+    watch.stage("Gains");
+    let gains = gains?;
+    let sets = Sets::new(network, &gains);
+    watch.stage("Sets");
+    Ok((gains, sets?))
 }
 
 /// The layer whose gains other gains could repair; no gains repair what is not listed.
@@ -98,11 +111,20 @@ fn is_open(network: &Network, layer: Layer) -> bool {
     network.subsystems.iter().any(|s| layer.given(s).is_none())
 }
 
+/// Reference states of the largest network that the matrix inequality is tried for: its work grows with the fourth power or
+/// more.
+const MOST_STATES: usize = 120;
+
 /// Why the inequality does not help, as a sentence.
 struct Shortfall(String);
 
 /// `network` with gains of the inequality in one layer.
 fn improved(network: &Network, layer: Layer) -> Result<Network, Shortfall> {
+    let size = reference_states(network);
+    if size > MOST_STATES {
+        let size = format!("this network has {size} reference states, it is tried up to {MOST_STATES}");
+        return Err(Shortfall(format!("the matrix inequality over all subsystems is a dense problem: {size}")));
+    }
     match layer {
         Layer::Local => quietest(network),
         Layer::Reference => roomiest(network),
@@ -150,7 +172,7 @@ fn small_gain_radius(network: &Network) -> Option<f64> {
 
 /// Whether nothing is left to blame the K_i for.
 fn stands(network: &Network) -> bool {
-    attempt(network).map_or_else(|errors| blamed(&errors) == Some(Layer::Reference), |_| true)
+    attempt(network, &mut ()).map_or_else(|errors| blamed(&errors) == Some(Layer::Reference), |_| true)
 }
 
 fn loud(best: Option<f64>) -> Shortfall {

@@ -75,7 +75,8 @@ impl Responses {
 
     /// For every state j an upper bound of the sum over k of |e_j' F^k| b; b >= 0.
     pub fn to(&self, b: &DVector<f64>) -> DVector<f64> {
-        let own: Vec<_> = self.parts.iter().enumerate().map(|(i, p)| &p.of_start * b.rows_range(self.states(i))).collect();
+        let own: Vec<_> =
+            self.parts.iter().enumerate().map(|(i, p)| &p.of_start * b.rows_range(self.states(i))).collect();
         let mut s0 = DVector::zeros(self.S.nrows());
         for (i, own) in own.iter().enumerate() {
             let n = self.states(i).len();
@@ -101,7 +102,8 @@ impl Responses {
     fn sums_of_z(&self, s0: &DVector<f64>) -> DVector<f64> {
         let s = self.lu.solve(s0).map(|s| s.max(0.0));
         let image = (s0 + self.S.times(&s)) * INFLATE;
-        let lacking = image.iter().zip(&s).zip(&self.perron.w).map(|((image, s), w)| (image - s) / w).fold(0.0, f64::max);
+        let lacking =
+            image.iter().zip(&s).zip(&self.perron.w).map(|((image, s), w)| (image - s) / w).fold(0.0, f64::max);
         s + &self.perron.w * (lacking / (1.0 - self.perron.radius) * 1.001)
     }
 }

@@ -105,7 +105,8 @@ impl References {
 
     pub fn coupling_loads(&self, network: &Network) -> Vec<f64> {
         let Some(loads) = &self.loads else { return vec![0.0; network.coupling_constraints.len()] };
-        let taken = |j: usize, H: &DVector<f64>| loads.transient(&self.direction(j, &network.subsystems[j].C.tr_mul(H)));
+        let taken =
+            |j: usize, H: &DVector<f64>| loads.transient(&self.direction(j, &network.subsystems[j].C.tr_mul(H)));
         let constraints = network.coupling_constraints.iter();
         constraints.map(|c| sum_upper(c.H.iter().map(|(&j, H)| taken(j, H)))).collect()
     }

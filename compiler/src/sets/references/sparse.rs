@@ -11,7 +11,6 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 
 use super::{ReferenceShare, Shares, Sums, collective_floor, different};
-use crate::sets::CAP_MARGIN;
 use crate::convex::{Care, Charge, Front, LANES, RateNorm, Space};
 use crate::gains::Gains;
 use crate::network::{Network, Subsystem};
@@ -19,6 +18,7 @@ use crate::optim::block_lu::BlockLu;
 use crate::optim::responses::Responses;
 use crate::optim::rounding::sum_upper;
 use crate::optim::sparse::Sparse;
+use crate::sets::CAP_MARGIN;
 use crate::sharing::spread_with;
 
 /// The reference system's steady states and Delta^chi, (9)-(13).
@@ -64,7 +64,8 @@ struct Solved {
 impl Input {
     /// B has one block of rows per subsystem.
     fn new(front: &Front, responses: &Responses, B: Vec<DMatrix<f64>>, norm: RateNorm) -> Self {
-        let rows = B.iter().flat_map(|B| B.row_iter().map(|row| row.iter().map(|b| b.abs()).sum()).collect::<Vec<f64>>());
+        let rows =
+            B.iter().flat_map(|B| B.row_iter().map(|row| row.iter().map(|b| b.abs()).sum()).collect::<Vec<f64>>());
         let later = responses.to(&DVector::from_vec(rows.collect()));
         let again = responses.to(&later);
         Self { charge: Charge::new(front, B, norm, later), again }
@@ -171,7 +172,8 @@ impl References {
 
     /// The entries of the steady row without those that together take at most `budget`, and what these take.
     fn kept(&self, direction: &Direction, budget: f64) -> (Vec<(usize, f64)>, f64) {
-        let taken = |k: usize| (direction.steady[k].abs() + direction.steady_error) * self.y_caps[k] * (1.0 + CAP_MARGIN);
+        let taken =
+            |k: usize| (direction.steady[k].abs() + direction.steady_error) * self.y_caps[k] * (1.0 + CAP_MARGIN);
         let mut order: Vec<usize> = (0..direction.steady.len()).collect();
         order.sort_by(|&a, &b| taken(a).total_cmp(&taken(b)));
         let (mut rest, mut dropped) = (0.0, 0);
@@ -245,7 +247,12 @@ impl Loads {
         let places = gains.chi_offset.iter().copied().zip(columns);
         let scaled = |of: fn(&crate::network::Loads) -> DVector<f64>| {
             let parts = blocks.iter().zip(&network.subsystems);
-            Input::new(front, responses, parts.map(|(M, s)| M * DMatrix::from_diagonal(&of(&s.loads))).collect(), RateNorm::Inf)
+            Input::new(
+                front,
+                responses,
+                parts.map(|(M, s)| M * DMatrix::from_diagonal(&of(&s.loads))).collect(),
+                RateNorm::Inf,
+            )
         };
         let ends = scaled(|d| d.max.sup(&-&d.min)).charge.later().clone();
         Some(Self {
