@@ -135,11 +135,12 @@ pub mod code {
     /// The ball of (30) has too many facets.
     pub const TOO_MANY_OUTPUTS: &str = "E0503";
 
-    /// Codes that only numerical trouble can bring up: no small file is known to do so.
-    pub const NUMERICAL: [&str; 6] = [FEW_NORMALS, STEADY_STATE, NOT_SIZED, LOST_SLACK, NOT_CONVEX, OVERFLOW];
+    /// Codes that only large networks or numerical trouble can bring up: no small file is known to do so.
+    pub const NUMERICAL: [&str; 7] =
+        [LARGE_REFERENCES, FEW_NORMALS, STEADY_STATE, NOT_SIZED, LOST_SLACK, NOT_CONVEX, OVERFLOW];
 
     /// All others.
-    pub const ALL: [&str; 42] = [
+    pub const ALL: [&str; 41] = [
         SYNTAX,
         UNKNOWN_KEY,
         MISSING_KEY,
@@ -174,7 +175,6 @@ pub mod code {
         ASSUMPTION_2,
         ASSUMPTION_3,
         NO_INTEGRATION,
-        LARGE_REFERENCES,
         SMALL_GAIN,
         NO_INVARIANT_SET,
         EPSILON,

@@ -21,8 +21,9 @@ pub use interconnection::{Layer, interconnection};
 pub use large::{is_too_large_for_dense, reference_states};
 pub use settle::{GainChoice, Settled, origin};
 
-/// After this point: A + BK, every F_ii and calF are Schur (proved by a Lyapunov certificate, not by eigenvalues
-/// alone), and Assumption 2 holds; the margins are recorded.
+/// After this point: A + BK, every F_ii and calF are Schur (proved by Lyapunov certificates, not by eigenvalues
+/// alone), and Assumption 2 holds; the margins are recorded. In a large network calF is proved by [`Proof::Responses`], and
+/// that A + BK is Schur follows from Assumption 4, which the next stage asks for.
 #[derive(Debug)]
 pub struct Gains {
     pub subsystems: Vec<SubsystemGains>,
@@ -78,17 +79,27 @@ impl Gains {
     /// [`Settled::new`] chooses between the latter two.
     ///
     /// # Errors
-    /// E0201 a subsystem has no stabilising Riccati gain, E0202 F_ii is not Schur, E0203 A + BK is not Schur,
-    /// E0204 Assumption 2 fails, E0205 calF is not Schur.
+    /// E0201 a subsystem has no stabilising Riccati gain, E0202 F_ii is not Schur, E0203 A + BK is not Schur (in large networks
+    /// this is left to Assumption 4), E0204 Assumption 2 fails, E0205 calF is not Schur, E0207 calF of a large network is not
+    /// proved to be.
     pub fn new(network: &Network) -> Result<Self, Diagnostics> {
         if reference_states(network) <= large::DENSE {
             return Self::dense(network, None);
         }
-        match Self::large(network, gains_of_each(network)?) {
-            Err((radius, _)) if is_too_large_for_dense(network) => Err(large::no_sparse_proof(network, radius).into()),
-            Err((_, subsystems)) => Self::dense(network, Some(subsystems)),
-            Ok(gains) => Ok(gains),
+        if is_too_large_for_dense(network) {
+            return Self::sparse(network);
         }
+        let made = Self::large(network, gains_of_each(network)?);
+        made.or_else(|(_, subsystems)| Self::dense(network, Some(subsystems)))
+    }
+
+    /// [`Gains::new`] by the proof that large networks have, [`Proof::Responses`], whatever the size.
+    ///
+    /// # Errors
+    /// E0201, E0202, E0206 as there, and E0207 where the proof fails.
+    pub fn sparse(network: &Network) -> Result<Self, Diagnostics> {
+        let made = Self::large(network, gains_of_each(network)?);
+        made.map_err(|(radius, _)| large::no_sparse_proof(network, radius).into())
     }
 
     /// With collective matrices; the gains of the subsystems are made where they are not known.

@@ -102,7 +102,7 @@ fn attempt(network: &Network, watch: &mut dyn Watch) -> Result<(Gains, Sets), Di
 fn blamed(Diagnostics(errors): &Diagnostics) -> Option<Layer> {
     match errors.first()?.code {
         code::COLLECTIVE_LOOP | code::SMALL_GAIN | code::NO_INVARIANT_SET | code::FEW_NORMALS => Some(Layer::Local),
-        code::ASSUMPTION_3 | code::STEADY_STATE => Some(Layer::Reference),
+        code::ASSUMPTION_3 | code::LARGE_REFERENCES | code::STEADY_STATE => Some(Layer::Reference),
         _ => None,
     }
 }
@@ -247,8 +247,8 @@ fn refused(network: &Network, layer: Layer, Shortfall(shortfall): &Shortfall) ->
     let place = network.places.gains.clone().unwrap_or_default();
     let error = Diagnostic::error(code, title).at(place, "asked for here").note(shortfall.clone());
     let pairs = match layer {
-        Layer::Local => Vec::new(),
-        Layer::Reference => wrong_pairs(network, &Collective::new(network)),
+        Layer::Reference if reference_states(network) <= MOST_STATES => wrong_pairs(network, &Collective::new(network)),
+        _ => Vec::new(),
     };
     let error = pairs.into_iter().fold(error, Diagnostic::note);
     error.help("leave `gains` out: local Riccati equations may do where the inequality does not").into()
