@@ -185,6 +185,9 @@ pub mod code {
     ];
 }
 
+/// Places that one message shows.
+const MOST_PLACES: usize = 16;
+
 impl Diagnostic {
     pub fn error(code: &'static str, title: impl Into<String>) -> Self {
         Self { code, title: title.into(), labels: Vec::new(), notes: Vec::new(), helps: Vec::new() }
@@ -207,14 +210,21 @@ impl Diagnostic {
             .primary_title(&*self.title)
             .id(self.code)
             .elements(self.snippet(source))
+            .elements(self.not_shown().map(|places| Level::NOTE.message(places)))
             .elements(self.notes.iter().map(|note| Level::NOTE.message(normalize_untrusted_str(note))))
             .elements(self.helps.iter().map(|help| Level::HELP.message(normalize_untrusted_str(help))))
+    }
+
+    /// Large networks can have a place per subsystem.
+    fn not_shown(&self) -> Option<String> {
+        let count = self.labels.len().checked_sub(MOST_PLACES).filter(|count| *count > 0)?;
+        Some(format!("there are {count} more places like these"))
     }
 
     fn snippet<'a>(&'a self, source: &'a Source) -> Option<Snippet<'a, Annotation<'a>>> {
         let kinds = std::iter::once(AnnotationKind::Primary).chain(std::iter::repeat(AnnotationKind::Context));
         let annotations =
-            self.labels.iter().zip(kinds).map(|((place, label), kind)| {
+            self.labels.iter().take(MOST_PLACES).zip(kinds).map(|((place, label), kind)| {
                 kind.span(within(place, &source.text)).label(normalize_untrusted_str(label))
             });
         let snippet = Snippet::source(&*source.text).path(&*source.path);

@@ -78,6 +78,11 @@ fn write(arguments: &Arguments, design: &Design, emitted: &Emitted) -> Result<St
     let mut files = emitted.paths(&folder);
     files.extend(json.iter().chain(&gains).map(|(path, text)| (path.clone(), text.as_str())));
     let changed = write_all(&files).map_err(|error| format!("error: {error}"))?;
+    if files.len() > MOST_LISTED {
+        let written = changed.iter().filter(|changed| **changed).count();
+        let folder = folder.display();
+        return Ok(format!("Written:   {written} of {} files, the controllers in {folder}\n", files.len()));
+    }
     let word = |changed: bool| if changed { "Written:  " } else { "Unchanged:" };
     Ok(files
         .iter()
@@ -85,6 +90,9 @@ fn write(arguments: &Arguments, design: &Design, emitted: &Emitted) -> Result<St
         .map(|((path, _), changed)| format!("{} {}\n", word(changed), path.display()))
         .collect())
 }
+
+/// Files that are named one by one.
+const MOST_LISTED: usize = 40;
 
 /// A reader that stops early, such as `head`, is no mistake of ours.
 fn print(text: &str) -> Result<(), String> {

@@ -46,7 +46,7 @@ pub struct Care {
 
 impl Care {
     /// About 1e-7 in all, where modes are not slower than 0.999.
-    pub const PROVED: Self = Self { tail: 1e-9, dropped: 2e-13, steps: 20_000 };
+    pub const PROVED: Self = Self { tail: 1e-8, dropped: 5e-12, steps: 20_000 };
     /// About a percent.
     pub const ESTIMATED: Self = Self { tail: 1e-2, dropped: 1e-6, steps: 2_000 };
 }

@@ -156,7 +156,7 @@ impl References {
     }
 
     fn share(&self, direction: &Direction, sign: f64, limit: f64) -> ReferenceShare {
-        let (steady, rest) = self.kept(direction, 1e-7 * limit);
+        let (steady, rest) = self.kept(direction, FAR * limit);
         ReferenceShare {
             rate: direction.rate,
             steady: steady.into_iter().map(|(k, gain)| (k, sign * gain)).collect(),
@@ -210,6 +210,10 @@ impl References {
         spread_with(constraints.len(), || self.front.space(), one)
     }
 }
+
+/// What of a limit is kept back for outputs that are so far away that they hardly move the row: the price of programs that
+/// stay sparse.
+const FAR: f64 = 1e-4;
 
 /// What is known of a row, whatever its sign.
 struct Direction {
