@@ -196,8 +196,8 @@ impl Front {
     fn step(&self, space: &mut Space) {
         let Space { now, next, active, touched, is_touched } = space;
         for &i in active.iter() {
-            for j in self.starts[i]..self.starts[i + 1] {
-                let x = std::mem::take(&mut now[j]);
+            for (j, x) in (self.starts[i]..).zip(&mut now[self.starts[i]..self.starts[i + 1]]) {
+                let x = std::mem::take(x);
                 for &(column, value) in self.F.row(j) {
                     (0..LANES).for_each(|l| next[column][l] += x[l] * value);
                 }
