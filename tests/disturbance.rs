@@ -7,7 +7,7 @@ use dpc_codegen::design::Design;
 use dpc_codegen::diagnostic::{Source, code};
 use dpc_codegen::network::Loads;
 use dpc_codegen::sets::loads::collective;
-use dpc_tests::{Random, read};
+use dpc_tests::{Random, lower, read, sparsely};
 use nalgebra::{DMatrix, DVector};
 
 const NETWORKS: u64 = 60;
@@ -222,8 +222,13 @@ fn any_nominal_state_that_the_rows_allow_keeps_the_true_deviation_in_the_tube() 
 #[test]
 fn references_under_loads_take_no_more_than_was_charged() {
     let source = read("../examples/four_tank/designs/disturbed.toml".as_ref());
-    let design = Design::new(source).expect("a design exists");
-    let (calF, Mcal) = (&design.gains.calF, collective(&design.network, &design.gains));
+    let design = Design::new(source.clone()).expect("a design exists");
+    let by_sparse_rows = sparsely(lower(source).expect("a valid network")).expect("a design exists");
+    [design, by_sparse_rows].iter().for_each(references_take_no_more_than_was_charged);
+}
+
+fn references_take_no_more_than_was_charged(design: &Design) {
+    let (calF, Mcal) = (&design.gains.calF.to_dense(), collective(&design.network, &design.gains));
     let loads = &design.network.subsystems[0].loads;
     let mut closest: f64 = 0.0;
     for (i, (s, g)) in design.network.subsystems.iter().zip(&design.gains.subsystems).enumerate() {

@@ -9,7 +9,7 @@ use dpc_codegen::build::compile_into;
 use dpc_codegen::design::Design;
 use dpc_codegen::diagnostic::Source;
 use dpc_codegen::emit::Emitted;
-use dpc_tests::{cases, root};
+use dpc_tests::{cases, lower, read, root, sparsely};
 
 #[test]
 fn the_same_text_gives_the_same_bytes_wherever_the_file_is() {
@@ -64,6 +64,8 @@ fn package() -> PathBuf {
     fs::create_dir_all(package.join("src")).expect("the target folder is writable");
     let folder = compile_into(&root().join("cases/emit/odd.toml"), &package.join("emitted")).expect("a design exists");
     assert_eq!(folder, package.join("emitted/mod_"));
+    let sparse = lower(read("cases/emit/odd.toml".as_ref())).ok().and_then(sparsely).expect("a design exists");
+    Emitted::new(&sparse).write(&package.join("emitted/sparse")).expect("the target folder is writable");
     let runtime = root().parent().expect("the workspace").join("runtime");
     let manifest = format!(
         "[package]\nname = \"odd\"\nversion = \"0.0.0\"\nedition = \"2024\"\n\n[dependencies]\n\
@@ -78,11 +80,13 @@ fn package() -> PathBuf {
 /// What `dpc_codegen::build::compile` does, but for the design, which is made already.
 const BUILD: &str = r#"
 fn main() {
-    let out = std::path::PathBuf::from(std::env::var_os("OUT_DIR").unwrap()).join("mod_");
-    std::fs::create_dir_all(&out).unwrap();
-    for file in std::fs::read_dir("emitted/mod_").unwrap() {
-        let file = file.unwrap();
-        std::fs::copy(file.path(), out.join(file.file_name())).unwrap();
+    for folder in ["mod_", "sparse"] {
+        let out = std::path::PathBuf::from(std::env::var_os("OUT_DIR").unwrap()).join(folder);
+        std::fs::create_dir_all(&out).unwrap();
+        for file in std::fs::read_dir(std::path::Path::new("emitted").join(folder)).unwrap() {
+            let file = file.unwrap();
+            std::fs::copy(file.path(), out.join(file.file_name())).unwrap();
+        }
     }
 }
 "#;
@@ -91,6 +95,11 @@ fn main() {
 const MAIN: &str = r#"
 mod controllers {
     include!(concat!(env!("OUT_DIR"), "/mod_/mod.rs"));
+}
+
+/// As large networks are written.
+mod sparse {
+    include!(concat!(env!("OUT_DIR"), "/sparse/mod.rs"));
 }
 
 /// The firmware of one node includes one file.
@@ -108,6 +117,13 @@ fn main() {
     let (mut third, from_plane) = plane::start(&plane::steady_state(&rest)).unwrap();
     let (mut fourth, _) = con_::start(&con_::steady_state(&rest)).unwrap();
     node::start(&node::steady_state(&rest)).unwrap();
+
+    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-11);
+    let (dense, sparse) = (plane::steady_state(&rest), sparse::plane::steady_state(&rest));
+    assert!(near(&dense.x, &sparse.x) && near(&dense.u, &sparse.u));
+    let (dense, sparse) = (type_::steady_state(&rest), sparse::type_::steady_state(&rest));
+    assert!(near(&dense.x, &sparse.x) && near(&dense.u, &sparse.u));
+    assert!(dense.x.iter().chain(&dense.u).any(|value| value.abs() > 0.1));
 
     let mut inbox = type_::Inbox::new();
     inbox.accept(&type_::FROM_TANKS_1_2, &from_tanks).unwrap();

@@ -2,6 +2,7 @@
 
 pub mod checker;
 pub mod host_loop;
+pub mod large_network;
 pub mod least_distance;
 pub mod plants;
 pub mod problem_checker;
@@ -13,7 +14,11 @@ use std::path::{Path, PathBuf};
 
 use dpc_codegen::design::Design;
 use dpc_codegen::diagnostic::{Diagnostics, Source};
+use dpc_codegen::gains::Gains;
 use dpc_codegen::network::Network;
+use dpc_codegen::problems::Problems;
+use dpc_codegen::sets::Sets;
+use dpc_codegen::sizing::Sizing;
 use dpc_codegen::spec::Spec;
 use nalgebra::{DMatrix, DVector};
 
@@ -32,6 +37,16 @@ pub fn compile(source: Source) -> Result<(), Diagnostics> {
 pub fn lower(source: Source) -> Result<Network, Diagnostics> {
     let spec = Spec::parse(&source)?;
     Network::new(&spec, source)
+}
+
+/// A design by the proof and the matrices that large networks have, whatever the size; `None` where that proof fails, or a
+/// later stage.
+pub fn sparsely(network: Network) -> Option<Design> {
+    let gains = Gains::sparse(&network).ok()?;
+    let sets = Sets::new(&network, &gains).ok()?;
+    let sizing = Sizing::new(&network, &gains, &sets).ok()?;
+    let problems = Problems::new(&network, &gains, &sizing).ok()?;
+    Some(Design { network, gains, sets, sizing, problems, tuning: None })
 }
 
 /// The files of `cases/<folder>` in the order of their names, with paths relative to this package.

@@ -50,8 +50,7 @@ impl Design {
         let network = Network::new(&spec, source)?;
         watch.stage("Network");
         let effort = effort.unwrap_or(network.effort);
-        let settled = Settled::new(network.clone());
-        watch.stage("Gains, Sets");
+        let settled = Settled::watched(network.clone(), watch);
         match Tuning::new(&network, settled.as_ref().ok(), effort, watch) {
             Some((tuned, tuning)) => Self::tuned(tuned, tuning, watch),
             None => {
@@ -63,7 +62,7 @@ impl Design {
     /// The stages after a search for gains.
     fn tuned(network: Network, tuning: Tuning, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
         watch.stage("Tuning");
-        match Settled::with(network).and_then(|settled| Self::of(settled, watch)) {
+        match Settled::with(network, watch).and_then(|settled| Self::of(settled, watch)) {
             Ok(design) => Ok(Self { tuning: Some(tuning), ..design }),
             Err(mistakes) => Err(tuning.explain(mistakes)),
         }

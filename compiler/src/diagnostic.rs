@@ -105,6 +105,9 @@ pub mod code {
     pub const ASSUMPTION_3: &str = "E0205";
     /// A subsystem cannot integrate the error of its own outputs, so it has no calK_i.
     pub const NO_INTEGRATION: &str = "E0206";
+    /// The references of a network that is too large for dense matrices act on each other too strongly for the sparse proof of
+    /// Assumption 3.
+    pub const LARGE_REFERENCES: &str = "E0207";
     /// The small-gain radius is not below 1 (Assumption 4).
     pub const SMALL_GAIN: &str = "E0301";
     /// No invariant set was found on any normals tried.
@@ -132,8 +135,9 @@ pub mod code {
     /// The ball of (30) has too many facets.
     pub const TOO_MANY_OUTPUTS: &str = "E0503";
 
-    /// Codes that only numerical trouble can bring up: no small file is known to do so.
-    pub const NUMERICAL: [&str; 6] = [FEW_NORMALS, STEADY_STATE, NOT_SIZED, LOST_SLACK, NOT_CONVEX, OVERFLOW];
+    /// Codes that only large networks or numerical trouble can bring up: no small file is known to do so.
+    pub const NUMERICAL: [&str; 7] =
+        [LARGE_REFERENCES, FEW_NORMALS, STEADY_STATE, NOT_SIZED, LOST_SLACK, NOT_CONVEX, OVERFLOW];
 
     /// All others.
     pub const ALL: [&str; 41] = [
@@ -181,6 +185,9 @@ pub mod code {
     ];
 }
 
+/// Places that one message shows.
+const MOST_PLACES: usize = 16;
+
 impl Diagnostic {
     pub fn error(code: &'static str, title: impl Into<String>) -> Self {
         Self { code, title: title.into(), labels: Vec::new(), notes: Vec::new(), helps: Vec::new() }
@@ -203,14 +210,21 @@ impl Diagnostic {
             .primary_title(&*self.title)
             .id(self.code)
             .elements(self.snippet(source))
+            .elements(self.not_shown().map(|places| Level::NOTE.message(places)))
             .elements(self.notes.iter().map(|note| Level::NOTE.message(normalize_untrusted_str(note))))
             .elements(self.helps.iter().map(|help| Level::HELP.message(normalize_untrusted_str(help))))
+    }
+
+    /// Large networks can have a place per subsystem.
+    fn not_shown(&self) -> Option<String> {
+        let count = self.labels.len().checked_sub(MOST_PLACES).filter(|count| *count > 0)?;
+        Some(format!("there are {count} more places like these"))
     }
 
     fn snippet<'a>(&'a self, source: &'a Source) -> Option<Snippet<'a, Annotation<'a>>> {
         let kinds = std::iter::once(AnnotationKind::Primary).chain(std::iter::repeat(AnnotationKind::Context));
         let annotations =
-            self.labels.iter().zip(kinds).map(|((place, label), kind)| {
+            self.labels.iter().take(MOST_PLACES).zip(kinds).map(|((place, label), kind)| {
                 kind.span(within(place, &source.text)).label(normalize_untrusted_str(label))
             });
         let snippet = Snippet::source(&*source.text).path(&*source.path);

@@ -3,6 +3,7 @@
 
 mod inequality;
 mod interconnection;
+mod large;
 mod pairing;
 mod settle;
 
@@ -12,36 +13,52 @@ use nalgebra::DMatrix;
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::network::{Network, Subsystem};
 use crate::optim::lyapunov::{Contraction, eigenvalues, lyapunov, spectral_radius};
+use crate::optim::responses::Responses;
 use crate::optim::riccati::lqr;
 use crate::optim::rounding::to_digits;
+use crate::optim::sparse::Sparse;
+use crate::sharing::{Key, shared};
 pub use interconnection::{Layer, interconnection};
+pub use large::{is_too_large_for_dense, reference_states};
 pub use pairing::is_wrongly_paired;
 pub use settle::{GainChoice, Settled, origin};
 
-/// After this point: A + BK, every F_ii and calF are Schur (proved by a Lyapunov certificate, not by eigenvalues
-/// alone), and Assumption 2 holds; the margins are recorded.
+/// After this point: A + BK, every F_ii and calF are Schur (proved by Lyapunov certificates, not by eigenvalues
+/// alone), and Assumption 2 holds; the margins are recorded. In a large network calF is proved by [`Proof::Responses`], and
+/// that A + BK is Schur follows from Assumption 4, which the next stage asks for.
 #[derive(Debug)]
 pub struct Gains {
     pub subsystems: Vec<SubsystemGains>,
     /// calF of Assumption 3, over (chi_1, ..., chi_M), chi_i = (xref_i, eref_i).
-    pub calF: DMatrix<f64>,
+    pub calF: Sparse,
     /// calG = diag(G_i), (n + p) x p.
-    pub calG: DMatrix<f64>,
-    /// The norm in which calF contracts: the proof of Assumption 3.
-    pub contraction: Contraction,
+    pub calG: Sparse,
+    /// The proof of Assumption 3.
+    pub proof: Proof,
     /// First row of chi_i in the collective chi.
     pub chi_offset: Vec<usize>,
     /// First row of y_i in the collective y.
     pub y_offset: Vec<usize>,
-    /// Spectral radius of F = A + BK (Assumption 1).
+    /// Spectral radius of F = A + BK (Assumption 1); of a large network a bound, 1 where only Assumption 4 proves that it is
+    /// below.
     pub rho_F: f64,
-    /// Smallest singular value of the matrix of Assumption 2, relative to its largest.
-    pub rank_margin: f64,
-    /// Spectral radius of calF (Assumption 3).
+    /// Smallest singular value of the matrix of Assumption 2, relative to its largest; `None` in a large network, where full
+    /// rank follows from Assumption 3.
+    pub rank_margin: Option<f64>,
+    /// Spectral radius of calF (Assumption 3); of a large network a bound, 1 where only the loop gain proves that it is below.
     pub rho_calF: f64,
 }
 
-#[derive(Debug)]
+/// Why calF is Schur, and what sums over its powers are bounded by.
+#[derive(Debug, Clone)]
+pub enum Proof {
+    /// A norm in which calF contracts.
+    Norm(Contraction),
+    /// The local loops and what they send each other: in large networks.
+    Responses(Responses),
+}
+
+#[derive(Debug, Clone)]
 pub struct SubsystemGains {
     /// K_i, m x n.
     pub K: DMatrix<f64>,
@@ -64,36 +81,87 @@ impl Gains {
     /// [`Settled::new`] chooses between the latter two.
     ///
     /// # Errors
-    /// E0201 a subsystem has no stabilising Riccati gain, E0202 F_ii is not Schur, E0203 A + BK is not Schur,
-    /// E0204 Assumption 2 fails, E0205 calF is not Schur.
+    /// E0201 a subsystem has no stabilising Riccati gain, E0202 F_ii is not Schur, E0203 A + BK is not Schur (in large networks
+    /// this is left to Assumption 4), E0204 Assumption 2 fails, E0205 calF is not Schur, E0207 calF of a large network is not
+    /// proved to be.
     pub fn new(network: &Network) -> Result<Self, Diagnostics> {
+        if reference_states(network) <= large::DENSE {
+            return Self::dense(network, None);
+        }
+        if is_too_large_for_dense(network) {
+            return Self::sparse(network);
+        }
+        let made = Self::large(network, gains_of_each(network)?);
+        made.or_else(|(_, subsystems)| Self::dense(network, Some(subsystems)))
+    }
+
+    /// [`Gains::new`] by the proof that large networks have, [`Proof::Responses`], whatever the size.
+    ///
+    /// # Errors
+    /// E0201, E0202, E0206 as there, and E0207 where the proof fails.
+    pub fn sparse(network: &Network) -> Result<Self, Diagnostics> {
+        let made = Self::large(network, gains_of_each(network)?);
+        made.map_err(|(radius, _)| large::no_sparse_proof(network, radius).into())
+    }
+
+    /// With collective matrices; the gains of the subsystems are made where they are not known.
+    fn dense(network: &Network, known: Option<Vec<SubsystemGains>>) -> Result<Self, Diagnostics> {
         let collective = Collective::new(network);
-        let rank_margin = collective.assumption_2(network)?;
-        let subsystems = each(&network.subsystems, SubsystemGains::new)?;
+        let rank_margin = Some(collective.assumption_2(network)?);
+        let subsystems = known.map_or_else(|| gains_of_each(network), Ok)?;
         let rho_F = collective.assumption_1(network, &subsystems)?;
         let calK: Vec<_> = subsystems.iter().map(SubsystemGains::calK).collect();
         let calF = collective.calF(network, &calK.iter().collect::<Vec<_>>());
         let rho_calF = spectral_radius(&calF);
         let contraction =
             Contraction::new(&calF).ok_or_else(|| assumption_3_fails(network, &collective, &subsystems, rho_calF))?;
+        let calG = collective.calG(network);
         Ok(Self {
-            calG: collective.calG(network),
+            calG: Sparse::from_blocks(calG.nrows(), calG.ncols(), [((0, 0), &calG)]),
             chi_offset: offsets(network.subsystems.iter().map(|s| s.n() + s.p())),
             y_offset: collective.y,
             subsystems,
-            calF,
-            contraction,
+            calF: Sparse::from_blocks(calF.nrows(), calF.ncols(), [((0, 0), &calF)]),
+            proof: Proof::Norm(contraction),
             rho_F,
             rank_margin,
             rho_calF,
         })
     }
 
-    /// chi = `steady` y: the collective steady state of (9), (I - calF)^-1 calG; `None` only where rounding defeats
-    /// the inverse.
+    /// chi = `steady` y: the collective steady state of (9), (I - calF)^-1 calG, by dense matrices; `None` only where rounding
+    /// defeats the inverse.
     pub fn steady(&self) -> Option<DMatrix<f64>> {
         let n = self.calF.nrows();
-        (DMatrix::identity(n, n) - &self.calF).lu().solve(&self.calG)
+        (DMatrix::identity(n, n) - self.calF.to_dense()).lu().solve(&self.calG.to_dense())
+    }
+
+    /// First reference state of each subsystem, and the number of all at the end.
+    pub fn chi_starts(&self) -> Vec<usize> {
+        self.chi_offset.iter().copied().chain([self.calF.nrows()]).collect()
+    }
+}
+
+/// [`SubsystemGains::new`] of each, once for those that are equal.
+fn gains_of_each(network: &Network) -> Result<Vec<SubsystemGains>, Diagnostics> {
+    let parts = &network.subsystems;
+    let made = shared(parts.len(), |i| parts[i].gain_key(), |i| SubsystemGains::new(&parts[i]));
+    match made.into_iter().collect() {
+        Ok(gains) => Ok(gains),
+        // The mistakes of one stand in the name of all that share its work.
+        Err(_) => each(parts, SubsystemGains::new),
+    }
+}
+
+impl Subsystem {
+    /// All that the gains of this subsystem follow from.
+    fn gain_key(&self) -> Key {
+        let wishes = &self.gains;
+        let fixed = [Layer::Local, Layer::Reference].map(|layer| layer.fixed(self));
+        let weights = [&wishes.weights, &wishes.reference_weights].map(|(Q, R)| [Q, R]);
+        let own = [&self.A, &self.B, &self.C, &self.Q, &self.R];
+        let key = own.into_iter().chain(weights.into_iter().flatten()).fold(Key::default(), Key::matrix);
+        fixed.into_iter().fold(key, Key::maybe)
     }
 }
 

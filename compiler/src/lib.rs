@@ -45,6 +45,7 @@
 use lapack_symbols as _;
 
 pub mod build;
+pub mod clock;
 pub mod convex;
 pub mod design;
 pub mod diagnostic;
@@ -56,6 +57,7 @@ pub mod notices;
 pub mod optim;
 pub mod problems;
 pub mod sets;
+mod sharing;
 pub mod sizing;
 pub mod spec;
 pub mod summary;

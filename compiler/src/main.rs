@@ -3,10 +3,10 @@
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
 
 use clap::Parser;
 use dpc_codegen::build;
+use dpc_codegen::clock::Clock;
 use dpc_codegen::design::Design;
 use dpc_codegen::diagnostic::Source;
 use dpc_codegen::emit::{Emitted, package_folder, write_all};
@@ -36,6 +36,9 @@ struct Arguments {
     /// Also write the gains as lines for FILE, to keep them without a search
     #[arg(long, value_name = "FILE")]
     gains_out: Option<PathBuf>,
+    /// Print time and peak memory of every stage, one per line
+    #[arg(long)]
+    timings: bool,
 }
 
 fn main() -> ExitCode {
@@ -49,17 +52,20 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<(), String> {
-    let mut clock = Clock::new();
+    let mut watch = Progressing { clock: Clock::new(), bar: None };
     let source = build::read(&arguments.file)?;
-    let design = designed(&source, arguments.effort.and_then(Effort::new), &mut clock)?;
+    let design = designed(&source, arguments.effort.and_then(Effort::new), &mut watch)?;
+    let mut clock = watch.clock;
     let emitted = Emitted::new(&design);
     clock.ended("Emitted");
     let written = write(arguments, &design, &emitted)?;
-    print(&format!("{}\nTime: {clock}\n{written}", Summary::new(&design, &emitted)))
+    clock.ended("Written");
+    let timings = if arguments.timings { clock.table() } else { String::new() };
+    print(&format!("{}\nTime: {clock}\n{timings}{written}", Summary::new(&design, &emitted)))
 }
 
-fn designed(source: &Source, effort: Option<Effort>, clock: &mut Clock) -> Result<Design, String> {
-    let design = Design::watched(source.clone(), effort, clock);
+fn designed(source: &Source, effort: Option<Effort>, watch: &mut Progressing) -> Result<Design, String> {
+    let design = Design::watched(source.clone(), effort, watch);
     design.map_err(|mistakes| mistakes.render(source, std::io::stderr().is_terminal()))
 }
 
@@ -72,6 +78,11 @@ fn write(arguments: &Arguments, design: &Design, emitted: &Emitted) -> Result<St
     let mut files = emitted.paths(&folder);
     files.extend(json.iter().chain(&gains).map(|(path, text)| (path.clone(), text.as_str())));
     let changed = write_all(&files).map_err(|error| format!("error: {error}"))?;
+    if files.len() > MOST_LISTED {
+        let written = changed.iter().filter(|changed| **changed).count();
+        let folder = folder.display();
+        return Ok(format!("Written:   {written} of {} files, the controllers in {folder}\n", files.len()));
+    }
     let word = |changed: bool| if changed { "Written:  " } else { "Unchanged:" };
     Ok(files
         .iter()
@@ -79,6 +90,9 @@ fn write(arguments: &Arguments, design: &Design, emitted: &Emitted) -> Result<St
         .map(|((path, _), changed)| format!("{} {}\n", word(changed), path.display()))
         .collect())
 }
+
+/// Files that are named one by one.
+const MOST_LISTED: usize = 40;
 
 /// A reader that stops early, such as `head`, is no mistake of ours.
 fn print(text: &str) -> Result<(), String> {
@@ -88,31 +102,16 @@ fn print(text: &str) -> Result<(), String> {
     }
 }
 
-/// What each stage took.
-struct Clock {
-    last: Instant,
-    stages: Vec<(&'static str, Duration)>,
-    /// Of a search for gains, while one is under way.
+/// The clock, with a progress bar while a search for gains is under way.
+struct Progressing {
+    clock: Clock,
     bar: Option<ProgressBar>,
 }
 
-impl Clock {
-    fn new() -> Self {
-        Self { last: Instant::now(), stages: Vec::new(), bar: None }
-    }
-
-    /// Everything since the last call was `name`.
-    fn ended(&mut self, name: &'static str) {
-        let now = Instant::now();
-        self.stages.push((name, now - self.last));
-        self.last = now;
-    }
-}
-
-impl Watch for Clock {
+impl Watch for Progressing {
     fn stage(&mut self, name: &'static str) {
         self.bar.take().inspect(ProgressBar::finish_and_clear);
-        self.ended(name);
+        self.clock.ended(name);
     }
 
     fn searched(&mut self, progress: Progress) {
@@ -125,16 +124,4 @@ impl Watch for Clock {
 fn bar(budget: usize) -> ProgressBar {
     let style = ProgressStyle::with_template("  comparing gains {bar:40} {pos} of {len}, {eta} left");
     ProgressBar::new(budget as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-}
-
-impl std::fmt::Display for Clock {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let milliseconds = |time: Duration| time.as_secs_f64() * 1e3;
-        let total: Duration = self.stages.iter().map(|(_, time)| *time).sum();
-        write!(f, "{:.1} ms, of which\n ", milliseconds(total))?;
-        for (k, (name, time)) in self.stages.iter().enumerate() {
-            write!(f, "{} {name} {:.1}", if k == 0 { "" } else { "," }, milliseconds(*time))?;
-        }
-        Ok(())
-    }
 }

@@ -2,7 +2,7 @@
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
 use crate::design::Design;
-use crate::sizing::CAP;
+use crate::sets::CAP;
 use crate::summary::short;
 
 /// Less of the room that its bounds leave an output than this is conspicuous.

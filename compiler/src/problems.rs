@@ -11,6 +11,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::gains::{Gains, SubsystemGains};
 use crate::network::{Network, Subsystem};
 use crate::sets::noise_support;
+use crate::sharing::spread;
 use crate::sizing::{Sizing, SubsystemSizing};
 use condense::Condensed;
 pub use reference::ReferenceProblem;
@@ -82,12 +83,12 @@ impl Problems {
     /// E0501 a Hessian is not positive definite in double precision, E0502 an entry is not finite, E0503 q = 1 with
     /// more outputs in one subsystem than its ball has facets for.
     pub fn new(network: &Network, gains: &Gains, sizing: &Sizing) -> Result<Self, Diagnostics> {
-        let mut subsystems = Vec::new();
-        for (i, s) in network.subsystems.iter().enumerate() {
-            let dpc = DpcProblem::new(s, &gains.subsystems[i], &sizing.subsystems[i], network.horizon)?;
-            let reference = ReferenceProblem::new(network, i, &sizing.subsystems[i])?;
-            subsystems.push(SubsystemProblems { dpc, reference });
-        }
+        let one = |i: usize| -> Result<SubsystemProblems, Diagnostic> {
+            let (s, g, sized) = (&network.subsystems[i], &gains.subsystems[i], &sizing.subsystems[i]);
+            let dpc = DpcProblem::new(s, g, sized, network.horizon)?;
+            Ok(SubsystemProblems { dpc, reference: ReferenceProblem::new(network, i, sized)? })
+        };
+        let subsystems = spread(network.subsystems.len(), one).into_iter().collect::<Result<_, _>>()?;
         Ok(Self { subsystems })
     }
 }

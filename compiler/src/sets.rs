@@ -4,20 +4,28 @@
 
 pub mod exogenous;
 pub mod loads;
+mod references;
 
 use std::collections::BTreeMap;
 
 use lapack_symbols::singular_values;
 use nalgebra::{DMatrix, DVector};
 
-use crate::convex::{Invariant, Polytope, PowerSum, multiplier, multipliers, rpi_at_least};
+use crate::convex::{Invariant, Polytope, multiplier, multipliers, rpi_at_least};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
-use crate::gains::{Gains, SubsystemGains};
+use crate::gains::{Gains, Proof, SubsystemGains};
 use crate::network::{Network, Subsystem};
+use crate::optim::block_lu::BlockLu;
 use crate::optim::lyapunov::{Contraction, spectral_radius};
 use crate::optim::modes::modal_normals;
-use crate::optim::rounding::sum_upper;
+use crate::optim::perron::Perron;
+use crate::optim::responses::{power_sum, starts};
+use crate::optim::rounding::{sum_upper, up_to_digits};
+use crate::optim::sparse::Sparse;
+use crate::sharing::{Key, shared, spread};
 pub use exogenous::{Exogenous, least_offsets, noise_support, noise_through_gain};
+pub use references::ReferenceShare;
+use references::References;
 
 /// After this point: on the normals of each E_i a robustly positively invariant set exists, on those of each Sigma_i
 /// a positively invariant one, both with their multipliers; the small-gain matrix has a spectral radius below 1 and
@@ -27,7 +35,8 @@ pub struct Sets {
     pub subsystems: Vec<SubsystemSets>,
     /// S of Assumption 4, over the coupling outputs of all subsystems: with boxes, Z_i that satisfy (21) exist if and
     /// only if its spectral radius is below 1.
-    pub small_gain: DMatrix<f64>,
+    pub small_gain: Sparse,
+    /// Of a large network a bound.
     pub rho_small_gain: f64,
     /// The same radius with E_i restricted to its normals.
     pub rho_on_normals: f64,
@@ -78,6 +87,8 @@ pub struct Scales {
     pub x: DVector<f64>,
     pub z: DVector<f64>,
     pub y: DVector<f64>,
+    /// Set-points are never farther from 0 than this.
+    pub y_cap: DVector<f64>,
 }
 
 impl Scales {
@@ -88,28 +99,26 @@ impl Scales {
         let z = s.Cz.abs() * &x + s.Dz.abs() * u;
         let y = s.C.abs() * &x;
         let asked = |k: usize| s.cover[k].map_or(0.0, |(low, high)| high.max(-low));
-        Self {
-            z: DVector::from_fn(z.len(), |k, _| z[k].max(s.reserve[k])),
-            y: DVector::from_fn(y.len(), |k, _| y[k].max(asked(k))),
-            x,
-        }
+        let y = DVector::from_fn(y.len(), |k, _| y[k].max(asked(k)));
+        let z = DVector::from_fn(z.len(), |k, _| z[k].max(s.reserve[k]));
+        Self { x, z, y_cap: &y * CAP, y }
+    }
+
+    /// With what X_i leaves of each output as its cap, where that is less.
+    fn within_bounds(self, s: &Subsystem) -> Self {
+        let X = Polytope { H: s.X.H.clone(), h: s.X.h.clone() };
+        let reach = |row: DVector<f64>| X.support(&row).map_or(f64::INFINITY, |(value, _)| value);
+        let farthest = |k: usize| reach(s.C.row(k).transpose()).max(reach(-s.C.row(k).transpose()));
+        let y_cap = DVector::from_fn(s.p(), |k, _| self.y_cap[k].min(1.001 * farthest(k)));
+        Self { y_cap, ..self }
     }
 }
 
-/// What the references may take of one row of X_i x U_i, (25b).
-#[derive(Debug, Clone)]
-pub struct ReferenceShare {
-    /// Support of Delta_i^chi in the row's direction, per unit of epsilon.
-    pub rate: f64,
-    /// The row on the steady state of (9): coefficients over the collective y.
-    pub steady: DVector<f64>,
-    /// Bound of the rounding error of each entry of `steady`.
-    pub steady_error: f64,
-    /// Bound of the row on the transient of a start that drifts by the floor in every state of the network.
-    pub drift: f64,
-    /// Upper bound of the loads' share in the row; see [`loads`].
-    pub load: f64,
-}
+/// Widths that nothing limits stop at this multiple of the signal's natural size.
+pub const CAP: f64 = 1e4;
+
+/// Set-points may be this much farther from 0 than [`Scales::y_cap`], relative: the solver's tolerance.
+pub const CAP_MARGIN: f64 = 1e-6;
 
 /// W_i = E_i S_i is usually flat and may be {0}; real arithmetic is neither. Every W_i therefore contains a box of
 /// this half-width relative to the tighter bound of each state, which makes E_i full-dimensional ("an arbitrarily small
@@ -129,25 +138,27 @@ impl Sets {
     /// # Errors
     /// As [`Sets::new`].
     pub fn with_sums(network: &Network, gains: &Gains, sums: Sums) -> Result<Self, Diagnostics> {
-        let z_offset = z_offsets(network);
-        let small_gain = small_gain(network, &gains.subsystems, &z_offset);
-        let rho_small_gain = spectral_radius(&small_gain);
+        let z = z_starts(network);
+        let (small_gain, rho_small_gain) = small_gain_matrix(network, &gains.subsystems);
         if rho_small_gain.is_nan() || rho_small_gain >= 1.0 {
-            return Err(small_gain_fails(network, &small_gain, &z_offset, rho_small_gain).into());
+            return Err(small_gain_fails(network, &small_gain, &z, rho_small_gain).into());
         }
-        let zeta = nominal_zeta(network, &small_gain, &z_offset);
-        let references = References::new(network, gains)?;
-        let (shapes, rho_on_normals) = tubes(network, gains, &zeta, &z_offset)?;
-        let mut subsystems = Vec::new();
+        let zeta = nominal_zeta(network, &small_gain, &z);
+        let scales = scales(network, gains);
+        let references = references(network, gains, &scales)?;
+        let (shapes, rho_on_normals) = tubes(network, gains, &zeta, &z)?;
+        let terminals = terminals(network, gains)?;
         let shares = references.shares(network, gains, sums);
-        for ((i, tube), (x_rows, u_rows)) in shapes.into_iter().enumerate().zip(shares) {
-            let (s, g) = (&network.subsystems[i], &gains.subsystems[i]);
-            let terminal = terminal(s, g, network.wishes.facet_loss)?;
-            let (exogenous, scales) = (Exogenous::new(s, g, network.horizon), Scales::new(s));
-            subsystems.push(SubsystemSets { tube, terminal, floor: floor(s), exogenous, scales, x_rows, u_rows });
-        }
+        let parts = shapes.into_iter().zip(terminals).zip(scales).zip(shares).enumerate();
+        let part = |(i, (((tube, terminal), scales), (x_rows, u_rows)))| {
+            let (s, g): (&Subsystem, _) = (&network.subsystems[i], &gains.subsystems[i]);
+            let exogenous = Exogenous::new(s, g, network.horizon);
+            SubsystemSets { tube, terminal, floor: floor(s), exogenous, scales, x_rows, u_rows }
+        };
+        let subsystems = parts.map(part).collect();
         let coupling = references.coupling(network);
         let coupling_loads = references.coupling_loads(network);
+        let z_offset = z[..network.subsystems.len()].to_vec();
         Ok(Self { subsystems, small_gain, rho_small_gain, rho_on_normals, z_offset, coupling, coupling_loads })
     }
 
@@ -156,7 +167,8 @@ impl Sets {
     /// # Errors
     /// E0304 the steady states cannot be computed to working accuracy.
     pub fn with_references(&self, network: &Network, gains: &Gains, sums: Sums) -> Result<Self, Diagnostics> {
-        let references = References::new(network, gains)?;
+        let scales: Vec<_> = self.subsystems.iter().map(|sets| sets.scales.clone()).collect();
+        let references = references(network, gains, &scales)?;
         let mut sets = self.clone();
         sets.coupling = references.coupling(network);
         sets.coupling_loads = references.coupling_loads(network);
@@ -169,16 +181,16 @@ impl Sets {
 }
 
 /// S of Assumption 4 with its spectral radius; rows of subsystem i depend on K_i alone.
-pub fn small_gain_matrix(network: &Network, gains: &[SubsystemGains]) -> (DMatrix<f64>, f64) {
-    let S = small_gain(network, gains, &z_offsets(network));
-    let rho = spectral_radius(&S);
+pub fn small_gain_matrix(network: &Network, gains: &[SubsystemGains]) -> (Sparse, f64) {
+    let S = small_gain(network, gains, &z_starts(network));
+    let rho = radius(&S);
     (S, rho)
 }
 
 /// The small-gain radius with these K_i; `None` where some F_ii is not stable.
 pub fn small_gain_radius(network: &Network, K: &[DMatrix<f64>]) -> Option<f64> {
-    let z_offset = z_offsets(network);
-    let size = network.subsystems.iter().map(Subsystem::nz).sum();
+    let z_offset = z_starts(network);
+    let size = z_offset[network.subsystems.len()];
     let mut S = DMatrix::zeros(size, size);
     for (i, (s, K)) in network.subsystems.iter().zip(K).enumerate() {
         let F = &s.A + &s.B * K;
@@ -187,6 +199,30 @@ pub fn small_gain_radius(network: &Network, K: &[DMatrix<f64>]) -> Option<f64> {
         }
     }
     Some(spectral_radius(&S))
+}
+
+/// Spectral radius of a non-negative matrix, or where it is large a bound.
+fn radius(S: &Sparse) -> f64 {
+    if S.nrows() <= DENSE { spectral_radius(&S.to_dense()) } else { Perron::new(S).radius }
+}
+
+/// Largest size of matrices over the coupling outputs that are dense.
+const DENSE: usize = 100;
+
+fn references(network: &Network, gains: &Gains, scales: &[Scales]) -> Result<References, Diagnostics> {
+    let caps = || DVector::from_vec(scales.iter().flat_map(|scales| scales.y_cap.iter().copied()).collect());
+    References::new(network, gains, caps)
+}
+
+/// Of every subsystem. Caps that the rows of X_i leave cost linear programs and are of use in large networks only, where small
+/// entries of the steady states are charged at them.
+fn scales(network: &Network, gains: &Gains) -> Vec<Scales> {
+    let is_large = matches!(gains.proof, Proof::Responses(_));
+    let parts = &network.subsystems;
+    spread(parts.len(), |i| {
+        let scales = Scales::new(&parts[i]);
+        if is_large { scales.within_bounds(&parts[i]) } else { scales }
+    })
 }
 
 /// The rows of S that belong to subsystem i, by neighbour: the sum over k of |(C_zi + D_zi K) F^k E_i L_ij| for
@@ -198,7 +234,7 @@ pub fn small_gain_rows(
     contraction: &Contraction,
 ) -> BTreeMap<usize, DMatrix<f64>> {
     let z_rows = &s.Cz + &s.Dz * K;
-    s.L.iter().map(|(&j, L)| (j, power_sum(&z_rows, F, contraction, &(&s.E * L)))).collect()
+    s.L.iter().map(|(&j, L)| (j, power_sum(&z_rows, F, contraction, &(&s.E * L), TAIL))).collect()
 }
 
 /// The largest share of the room in a row of X_i or U_i that references take per unit of epsilon.
@@ -206,7 +242,7 @@ pub fn small_gain_rows(
 /// # Errors
 /// E0304 the steady states cannot be computed to working accuracy.
 pub fn worst_reference_share(network: &Network, gains: &Gains) -> Result<f64, Diagnostics> {
-    let references = References::new(network, gains)?;
+    let references = references(network, gains, &scales(network, gains))?;
     let mut worst: f64 = 0.0;
     for (s, (x_rows, u_rows)) in network.subsystems.iter().zip(references.shares(network, gains, Sums::Estimated)) {
         let rows = x_rows.iter().zip(&s.X.h).chain(u_rows.iter().zip(&s.U.h));
@@ -241,9 +277,9 @@ fn stack(parts: &[&DMatrix<f64>]) -> DMatrix<f64> {
     if rows.is_empty() { DMatrix::zeros(0, parts[0].ncols()) } else { DMatrix::from_rows(&rows) }
 }
 
-fn z_offsets(network: &Network) -> Vec<usize> {
-    let sizes = network.subsystems.iter().map(Subsystem::nz);
-    sizes.scan(0, |next, size| Some(std::mem::replace(next, *next + size))).collect()
+/// First coupling output of each subsystem, and the number of all at the end.
+fn z_starts(network: &Network) -> Vec<usize> {
+    starts(network.subsystems.iter().map(Subsystem::nz))
 }
 
 /// How far each state may go from 0 in the direction in which it is bounded more tightly; 1 where nothing bounds it.
@@ -265,38 +301,29 @@ fn floor(s: &Subsystem) -> DVector<f64> {
 }
 
 /// S_ij = sum over k of |(C_zi + D_zi K_i) F_ii^k E_i L_ij|, entrywise, with the tail in the norm of F_ii.
-fn small_gain(network: &Network, gains: &[SubsystemGains], z_offset: &[usize]) -> DMatrix<f64> {
-    let size = network.subsystems.iter().map(Subsystem::nz).sum();
-    let mut S = DMatrix::zeros(size, size);
-    for (i, s) in network.subsystems.iter().enumerate() {
-        let g = &gains[i];
-        for (j, block) in small_gain_rows(s, &g.K, &g.F, &g.contraction) {
-            S.view_mut((z_offset[i], z_offset[j]), block.shape()).copy_from(&block);
-        }
-    }
-    S
+fn small_gain(network: &Network, gains: &[SubsystemGains], z: &[usize]) -> Sparse {
+    let parts = &network.subsystems;
+    let key = |i: usize| {
+        let (s, g) = (&parts[i], &gains[i]);
+        let own = [&g.F, &g.K, &s.Cz, &s.Dz, &s.E];
+        own.into_iter().chain(s.L.values()).fold(Key::default(), Key::matrix)
+    };
+    // Equal subsystems have their neighbours in other places.
+    let rows = |i: usize| -> Vec<DMatrix<f64>> {
+        small_gain_rows(&parts[i], &gains[i].K, &gains[i].F, &gains[i].contraction).into_values().collect()
+    };
+    let rows = shared(parts.len(), key, rows);
+    let blocks = parts.iter().zip(&rows).enumerate();
+    let blocks = blocks.flat_map(|(i, (s, rows))| s.L.keys().zip(rows).map(move |(&j, block)| ((z[i], z[j]), block)));
+    Sparse::from_blocks(z[parts.len()], z[parts.len()], blocks)
 }
 
-/// Upper bound of sum over k of |C F^k B|, entrywise.
-fn power_sum(C: &DMatrix<f64>, F: &DMatrix<f64>, contraction: &Contraction, B: &DMatrix<f64>) -> DMatrix<f64> {
-    let columns: Vec<f64> = B.column_iter().map(|b| contraction.norm(&b.into_owned())).collect();
-    let geometric = 1.0 / (1.0 - contraction.lambda);
-    let mut sum = DMatrix::zeros(C.nrows(), B.ncols());
-    let mut row = C.clone();
-    loop {
-        let dual: Vec<f64> = row.row_iter().map(|c| contraction.dual_norm(&c.transpose())).collect();
-        let tail = DMatrix::from_fn(C.nrows(), B.ncols(), |i, j| dual[i] * columns[j] * geometric);
-        if tail.iter().zip(&sum).all(|(tail, sum)| *tail <= 1e-10 * sum || *tail < f64::MIN_POSITIVE) {
-            // The relative rounding of the powers stays far below 1e-9 for every contraction that could be proved.
-            return (sum + tail) * (1.0 + 1e-9);
-        }
-        sum += (&row * B).abs();
-        row *= F;
-    }
-}
+/// What is left of a sum over powers when it ends, relative.
+const TAIL: f64 = 1e-10;
 
-/// Half-widths of Z_i for Delta_i^z of natural size: (I - S)^-1 times the range of z.
-fn nominal_zeta(network: &Network, S: &DMatrix<f64>, z_offset: &[usize]) -> DVector<f64> {
+/// Half-widths of Z_i for Delta_i^z of natural size: (I - S)^-1 times the range of z. In a large network to two digits, so that
+/// equal subsystems far from its borders share their sets.
+fn nominal_zeta(network: &Network, S: &Sparse, z: &[usize]) -> DVector<f64> {
     let n = S.nrows();
     let mut dz = DVector::zeros(n);
     if n == 0 {
@@ -304,30 +331,28 @@ fn nominal_zeta(network: &Network, S: &DMatrix<f64>, z_offset: &[usize]) -> DVec
     }
     for (i, s) in network.subsystems.iter().enumerate() {
         let range = s.Cz.abs() * state_scale(s) + s.Dz.abs() * DVector::from_element(s.m(), 1.0);
-        dz.rows_mut(z_offset[i], s.nz()).copy_from(&range.map(|r| 0.01 * r.max(1e-6)));
+        dz.rows_mut(z[i], s.nz()).copy_from(&range.map(|r| 0.01 * r.max(1e-6)));
     }
-    (DMatrix::identity(n, n) - S).lu().solve(&dz).unwrap_or(dz)
+    if n <= DENSE {
+        return (DMatrix::identity(n, n) - S.to_dense()).lu().solve(&dz).unwrap_or(dz);
+    }
+    BlockLu::of_identity_minus(S, z).map_or(dz.clone(), |lu| lu.solve(&dz)).map(|zeta| up_to_digits(zeta, 2))
 }
 
 /// Normals and nominal tube of every subsystem, with the radius of the small gain on these normals. More powers of
 /// F_ii are added as normals until that radius is below 1.
-fn tubes(
-    network: &Network,
-    gains: &Gains,
-    zeta: &DVector<f64>,
-    z_offset: &[usize],
-) -> Result<(Vec<Shape>, f64), Diagnostics> {
+fn tubes(network: &Network, gains: &Gains, zeta: &DVector<f64>, z: &[usize]) -> Result<(Vec<Shape>, f64), Diagnostics> {
     let mut last = f64::INFINITY;
     for fewest in 0..MORE_POWERS {
-        let mut shapes = Vec::new();
-        for (i, s) in network.subsystems.iter().enumerate() {
-            let g = &gains.subsystems[i];
-            let exogenous = Exogenous::new(s, g, network.horizon);
-            let r = |P: &DMatrix<f64>| (disturbance(P, s, zeta, z_offset) + exogenous.support(P), least_offsets(P, s));
-            let made = shape(s, g, fewest, network.wishes.facet_loss, r);
-            shapes.push(made.ok_or_else(|| no_invariant_set(s, g, "E_i"))?);
-        }
-        last = spectral_radius(&loop_matrix(network, gains, &shapes, z_offset));
+        let key = |i: usize| {
+            let s = &network.subsystems[i];
+            let imported = s.L.keys().map(|&j| zeta.rows(z[j], z[j + 1] - z[j]).into_owned());
+            imported.fold(shape_key(network, gains, i), |key, zeta| key.vector(&zeta))
+        };
+        let tube = |i: usize| tube(network, gains, i, fewest, zeta, z);
+        let made = shared(network.subsystems.len(), key, tube);
+        let shapes: Vec<Shape> = all_or(made, |i| no_invariant_set(network, gains, i, "E_i"))?;
+        last = radius(&loop_matrix(network, gains, &shapes, z));
         if last < 1.0 - 1e-6 {
             return Ok((shapes, last));
         }
@@ -335,42 +360,78 @@ fn tubes(
     Err(normals_lose_too_much(network, last).into())
 }
 
+/// All that the shapes of subsystem i follow from, but for what its neighbours let in.
+fn shape_key(network: &Network, gains: &Gains, i: usize) -> Key {
+    let (s, g) = (&network.subsystems[i], &gains.subsystems[i]);
+    let own = [&g.F, &g.K, &s.B, &s.Cz, &s.Dz, &s.X.H, &s.U.H, &s.E, &s.loads.M];
+    let key = own.into_iter().chain(s.L.values()).fold(Key::default(), Key::matrix);
+    let limits = [&s.X.h, &s.measurement_error, &s.loads.min, &s.loads.max, &s.loads.rate];
+    let key = limits.into_iter().fold(key, Key::vector);
+    match &s.w {
+        Some(w) => key.matrix(&w.set.H).vector(&w.set.h).vector(&w.hull),
+        None => key.number(0.0),
+    }
+}
+
+fn tube(network: &Network, gains: &Gains, i: usize, fewest: usize, zeta: &DVector<f64>, z: &[usize]) -> Option<Shape> {
+    let (s, g) = (&network.subsystems[i], &gains.subsystems[i]);
+    let exogenous = Exogenous::new(s, g, network.horizon);
+    let r = |P: &DMatrix<f64>| (disturbance(P, s, zeta, z) + exogenous.support(P), least_offsets(P, s));
+    shape(s, g, fewest, network.wishes.facet_loss, r)
+}
+
+/// All, or the mistake of the first that is not there.
+fn all_or<T>(made: Vec<Option<T>>, mistake: impl Fn(usize) -> Diagnostic) -> Result<Vec<T>, Diagnostics> {
+    made.into_iter().enumerate().map(|(i, made)| made.ok_or_else(|| mistake(i).into())).collect()
+}
+
 const MORE_POWERS: usize = 6;
 
 /// Support of W_i, Z_j boxes of half-widths zeta, in the rows of P.
-fn disturbance(P: &DMatrix<f64>, s: &Subsystem, zeta: &DVector<f64>, z_offset: &[usize]) -> DVector<f64> {
+fn disturbance(P: &DMatrix<f64>, s: &Subsystem, zeta: &DVector<f64>, z: &[usize]) -> DVector<f64> {
     let mut support = floor_support(P, &floor(s));
     for (&j, L) in &s.L {
-        support += import_gain(P, s, j) * zeta.rows(z_offset[j], L.ncols());
+        support += import_gain(P, s, j) * zeta.rows(z[j], L.ncols());
     }
     support
 }
 
 /// The map zeta -> half-widths of (C_zi + D_zi K_i) E_i on the chosen normals, homogeneous part.
-fn loop_matrix(network: &Network, gains: &Gains, shapes: &[Shape], z_offset: &[usize]) -> DMatrix<f64> {
-    let size = network.subsystems.iter().map(Subsystem::nz).sum();
-    let mut matrix = DMatrix::zeros(size, size);
-    for (i, s) in network.subsystems.iter().enumerate() {
-        let Shape { normals: P, set: tube } = &shapes[i];
-        let z_rows = closed_loop_z(s, &gains.subsystems[i]);
-        let Some(mu) = multipliers(P, &tube.q, &z_rows) else { continue };
-        let mu = DMatrix::from_fn(mu.len(), P.nrows(), |a, b| mu[a].mu[b].abs());
-        let size = P.nrows();
-        for (&j, L) in &s.L {
-            let offsets = (DMatrix::identity(size, size) - tube.abs_Lambda()).lu().solve(&import_gain(P, s, j));
-            let block =
-                offsets.map_or(DMatrix::from_element(s.nz(), L.ncols(), f64::INFINITY), |offsets| &mu * offsets);
-            matrix.view_mut((z_offset[i], z_offset[j]), block.shape()).copy_from(&block);
-        }
-    }
-    matrix
+fn loop_matrix(network: &Network, gains: &Gains, shapes: &[Shape], z: &[usize]) -> Sparse {
+    let parts = &network.subsystems;
+    let blocks = spread(parts.len(), |i| loop_blocks(&parts[i], &gains.subsystems[i], &shapes[i]));
+    let blocks =
+        blocks.iter().enumerate().flat_map(|(i, row)| row.iter().map(move |(j, block)| ((z[i], z[*j]), block)));
+    Sparse::from_blocks(z[parts.len()], z[parts.len()], blocks)
 }
 
-/// Sigma_i's normals: positively invariant at the size that a disturbance as large as the state's range would need.
-fn terminal(s: &Subsystem, g: &SubsystemGains, loss: f64) -> Result<Shape, Diagnostics> {
-    let scale = state_scale(s);
-    shape(s, g, 0, loss, |P| (floor_support(P, &scale), DVector::zeros(P.nrows())))
-        .ok_or_else(|| no_invariant_set(s, g, "Sigma_i").into())
+/// One row of blocks, by neighbour.
+fn loop_blocks(
+    s: &Subsystem,
+    g: &SubsystemGains,
+    Shape { normals: P, set: tube }: &Shape,
+) -> Vec<(usize, DMatrix<f64>)> {
+    let Some(mu) = multipliers(P, &tube.q, &closed_loop_z(s, g)) else { return Vec::new() };
+    let mu = DMatrix::from_fn(mu.len(), P.nrows(), |a, b| mu[a].mu[b].abs());
+    let size = P.nrows();
+    let lu = (DMatrix::identity(size, size) - tube.abs_Lambda()).lu();
+    let block = |j: usize, L: &DMatrix<f64>| {
+        let offsets = lu.solve(&import_gain(P, s, j));
+        offsets.map_or(DMatrix::from_element(s.nz(), L.ncols(), f64::INFINITY), |offsets| &mu * offsets)
+    };
+    s.L.iter().map(|(&j, L)| (j, block(j, L))).collect()
+}
+
+/// The normals of every Sigma_i: positively invariant at the size that a disturbance as large as the state's range would need.
+fn terminals(network: &Network, gains: &Gains) -> Result<Vec<Shape>, Diagnostics> {
+    let parts = &network.subsystems;
+    let terminal = |i: usize| {
+        let scale = state_scale(&parts[i]);
+        let r = |P: &DMatrix<f64>| (floor_support(P, &scale), DVector::zeros(P.nrows()));
+        shape(&parts[i], &gains.subsystems[i], 0, network.wishes.facet_loss, r)
+    };
+    let made = shared(parts.len(), |i| shape_key(network, gains, i), terminal);
+    all_or(made, |i| no_invariant_set(network, gains, i, "Sigma_i"))
 }
 
 /// Normals on which an invariant set exists: the needed directions, then times powers of F_ii, then with the modes of
@@ -504,178 +565,8 @@ fn supports(P: &DMatrix<f64>, q: &DVector<f64>, needed: &DMatrix<f64>) -> Option
     values.map(DVector::from_vec)
 }
 
-/// The floor of every state of the network, in the places of the collective chi.
-fn collective_floor(network: &Network, gains: &Gains) -> DVector<f64> {
-    let mut whole = DVector::zeros(gains.calF.nrows());
-    for (s, &start) in network.subsystems.iter().zip(&gains.chi_offset) {
-        whole.rows_mut(start, s.n()).copy_from(&floor(s));
-    }
-    whole
-}
-
-/// The reference system's steady states and Delta^chi, (9)-(13).
-struct References {
-    steady: DMatrix<f64>,
-    /// Per column of `steady`, its error in the norm of `contraction`.
-    steady_error: Vec<f64>,
-    sum: PowerSum,
-    loads: Option<loads::Response>,
-    /// Bound of |(I - calF)^-1 w|_P over the floor boxes w of all states.
-    drift: f64,
-    contraction: Contraction,
-    chi_offset: Vec<usize>,
-    size: usize,
-}
-
-impl References {
-    fn new(network: &Network, gains: &Gains) -> Result<Self, Diagnostics> {
-        let steady = gains.steady().ok_or_else(|| no_steady_state(network))?;
-        let size = gains.calF.nrows();
-        let geometric = 1.0 / (1.0 - gains.contraction.lambda);
-        let blur = blur(gains, &steady, &gains.calG);
-        let steady_error = steady_error(gains, &steady, &gains.calG);
-        let W = -(&gains.calF * &steady);
-        // W = -F (I - F)^-1 G: what F does to the error of `steady` is smaller still in a norm that F contracts.
-        let rounded = |j: usize| gains.contraction.norm_of_box(&blur.column(j).into_owned());
-        let error: Vec<f64> = (0..steady.ncols()).map(|j| steady_error[j] + rounded(j)).collect();
-        let blocks = network.subsystems.iter().map(Subsystem::p).collect();
-        let sum =
-            PowerSum::new(gains.calF.clone(), W, blocks, network.reference.norm, gains.contraction.clone(), &error);
-        let contraction = gains.contraction.clone();
-        let drift = contraction.norm_of_box(&collective_floor(network, gains)) * geometric;
-        let loads = loads::Response::new(network, gains).ok_or_else(|| no_steady_state(network))?;
-        Ok(Self { steady, steady_error, sum, loads, drift, contraction, chi_offset: gains.chi_offset.clone(), size })
-    }
-
-    /// Per subsystem, the rows of X_i on xref and of U_i on uref = calK chi.
-    fn shares(&self, network: &Network, gains: &Gains, sums: Sums) -> Vec<(Vec<ReferenceShare>, Vec<ReferenceShare>)> {
-        let directions: Vec<_> = network
-            .subsystems
-            .iter()
-            .zip(&gains.subsystems)
-            .enumerate()
-            .map(|(i, (s, g))| self.rows(i, s, g))
-            .collect();
-        let mut rates = self.rates(&directions, sums).into_iter();
-        let mut shares = Vec::new();
-        for (s, directions) in network.subsystems.iter().zip(directions) {
-            let mut x_rows: Vec<_> =
-                directions.into_iter().zip(&mut rates).map(|(d, rate)| self.share(&d, rate)).collect();
-            let u_rows = x_rows.split_off(s.X.h.len());
-            shares.push((x_rows, u_rows));
-        }
-        shares
-    }
-
-    fn rows(&self, i: usize, s: &Subsystem, g: &SubsystemGains) -> Vec<DVector<f64>> {
-        let on_u = &s.U.H * g.calK();
-        let rows = |rows: &DMatrix<f64>| -> Vec<_> {
-            rows.row_iter().map(|row| self.direction(i, row.iter().copied())).collect()
-        };
-        [rows(&s.X.H), rows(&on_u)].concat()
-    }
-
-    /// Support of Delta^chi in the given directions, one list per subsystem. The set is symmetric: the two bounds of one
-    /// signal need one sum.
-    fn rates(&self, directions: &[Vec<DVector<f64>>], sums: Sums) -> Vec<f64> {
-        let (mut different, mut of): (Vec<DVector<f64>>, Vec<usize>) = (Vec::new(), Vec::new());
-        for list in directions {
-            let first = different.len();
-            for d in list {
-                let opposite = -d;
-                let known = different[first..].iter().position(|known| known == d || *known == opposite);
-                of.push(known.map_or(different.len(), |k| first + k));
-                if known.is_none() {
-                    different.push(d.clone());
-                }
-            }
-        }
-        let rates = match sums {
-            Sums::Proved => different.iter().map(|d| self.sum.support(d)).collect(),
-            Sums::Estimated => self.sum.estimates(&different),
-        };
-        of.into_iter().map(|k| rates[k]).collect()
-    }
-
-    fn share(&self, d: &DVector<f64>, rate: f64) -> ReferenceShare {
-        let worst = self.steady_error.iter().copied().fold(0.0, f64::max);
-        let rounding = 2.0 * (d.len() + 4) as f64 * f64::EPSILON * self.steady.amax() * d.abs().sum();
-        ReferenceShare {
-            rate,
-            steady: self.steady.tr_mul(d),
-            steady_error: self.contraction.dual_norm(d) * worst + rounding,
-            drift: self.contraction.dual_norm(d) * self.drift,
-            load: self.load(d),
-        }
-    }
-
-    fn load(&self, d: &DVector<f64>) -> f64 {
-        self.loads.as_ref().map_or(0.0, |loads| loads.share(d, self.contraction.dual_norm(d)))
-    }
-
-    /// A row over chi_i as a row over the collective chi; entries past the given ones are zero.
-    fn direction(&self, i: usize, row: impl Iterator<Item = f64>) -> DVector<f64> {
-        let mut d = DVector::zeros(self.size);
-        for (k, value) in row.enumerate() {
-            d[self.chi_offset[i] + k] = value;
-        }
-        d
-    }
-
-    fn coupling_loads(&self, network: &Network) -> Vec<f64> {
-        let Some(loads) = &self.loads else { return vec![0.0; network.coupling_constraints.len()] };
-        let taken = |j: usize, H: &DVector<f64>| {
-            let d = self.direction(j, network.subsystems[j].C.tr_mul(H).iter().copied());
-            loads.share(&d, self.contraction.dual_norm(&d))
-        };
-        let constraints = network.coupling_constraints.iter();
-        constraints.map(|c| sum_upper(c.H.iter().map(|(&j, H)| taken(j, H)))).collect()
-    }
-
-    fn coupling(&self, network: &Network) -> Vec<BTreeMap<usize, f64>> {
-        let rate = |j: usize, H: &DVector<f64>| {
-            let row = network.subsystems[j].C.tr_mul(H);
-            self.sum.support(&self.direction(j, row.iter().copied()))
-        };
-        let constraints = network.coupling_constraints.iter();
-        constraints.map(|c| c.H.iter().map(|(&j, H)| (j, rate(j, H))).collect()).collect()
-    }
-}
-
-/// What double precision may have done to an entry of (I - calF) `steady` - G.
-fn blur(gains: &Gains, steady: &DMatrix<f64>, G: &DMatrix<f64>) -> DMatrix<f64> {
-    let (abs_F, abs_steady) = (gains.calF.abs(), steady.abs());
-    (&abs_F * &abs_steady + &abs_steady + G.abs()) * (4.0 * (steady.nrows() + 4) as f64 * f64::EPSILON)
-}
-
-/// Per column of `steady`, a bound of its distance from (I - calF)^-1 G in the norm of the contraction.
-fn steady_error(gains: &Gains, steady: &DMatrix<f64>, G: &DMatrix<f64>) -> Vec<f64> {
-    let blur = blur(gains, steady, G);
-    let geometric = 1.0 / (1.0 - gains.contraction.lambda);
-    let blurred = |matrix: &DMatrix<f64>, j: usize| {
-        let column = matrix.column(j).into_owned();
-        gains.contraction.norm(&column) + gains.contraction.norm_of_box(&blur.column(j).into_owned())
-    };
-    let defect = steady - &gains.calF * steady - G;
-    (0..steady.ncols()).map(|j| blurred(&defect, j) * geometric).collect()
-}
-
-fn no_steady_state(network: &Network) -> Diagnostic {
-    let mut error = Diagnostic::error(
-        code::STEADY_STATE,
-        "the steady states of the references cannot be computed to working accuracy",
-    );
-    for s in &network.subsystems {
-        error = error.at(s.places.header.clone(), "one of the subsystems");
-    }
-    error
-        .note(
-            "I - calF is singular in double precision although calF is stable: some closed-loop mode is extremely slow",
-        )
-        .help("choose faster gains (a larger Qe in `reference-weights`) or a longer sample time")
-}
-
-fn no_invariant_set(s: &Subsystem, g: &SubsystemGains, set: &str) -> Diagnostic {
+fn no_invariant_set(network: &Network, gains: &Gains, i: usize, set: &str) -> Diagnostic {
+    let (s, g) = (&network.subsystems[i], &gains.subsystems[i]);
     Diagnostic::error(code::NO_INVARIANT_SET, format!("no invariant set {set} was found for subsystem `{}`", s.name))
         .at(s.places.header.clone(), format!("F_ii has spectral radius {:.6}", g.rho_F))
         .note(format!(
@@ -696,14 +587,14 @@ fn normals_lose_too_much(network: &Network, radius: f64) -> Diagnostic {
 
 /// Names the loop that carries the small-gain radius: follow, from the largest entry of the Perron vector, the
 /// neighbour that contributes most, until a subsystem repeats.
-fn small_gain_fails(network: &Network, S: &DMatrix<f64>, z_offset: &[usize], rho: f64) -> Diagnostic {
-    let path = strongest_loop(S, &owners(network, z_offset));
+fn small_gain_fails(network: &Network, S: &Sparse, z: &[usize], rho: f64) -> Diagnostic {
+    let path = strongest_loop(S, &owners(network));
     let names: Vec<&str> = path.iter().map(|&i| network.subsystems[i].name.as_str()).collect();
     let mut error = Diagnostic::error(code::SMALL_GAIN, "the subsystems disturb each other too much (Assumption 4)");
     for (&i, &j) in path.iter().zip(path.iter().cycle().skip(1)) {
         if let Some(place) = network.subsystems[i].places.from.get(&j) {
             let (to, from) = (&network.subsystems[i].name, &network.subsystems[j].name);
-            let gain = block_gain(network, S, z_offset, i, j);
+            let gain = block_gain(S, z, i, j);
             error = error.at(place.clone(), format!("`{from}` acts on `{to}` with gain {gain:.4}"));
         }
     }
@@ -717,20 +608,15 @@ fn small_gain_fails(network: &Network, S: &DMatrix<f64>, z_offset: &[usize], rho
         .help("weaken the loop: gains that reject what these neighbours send (a larger Q on the states they act on, in `gain-weights`), or merge the subsystems of the loop into one")
 }
 
-fn owners(network: &Network, z_offset: &[usize]) -> Vec<usize> {
-    let mut owners = Vec::new();
-    for (i, s) in network.subsystems.iter().enumerate() {
-        debug_assert_eq!(owners.len(), z_offset[i]);
-        owners.extend(std::iter::repeat_n(i, s.nz()));
-    }
-    owners
+fn owners(network: &Network) -> Vec<usize> {
+    network.subsystems.iter().enumerate().flat_map(|(i, s)| std::iter::repeat_n(i, s.nz())).collect()
 }
 
-fn strongest_loop(S: &DMatrix<f64>, owners: &[usize]) -> Vec<usize> {
+fn strongest_loop(S: &Sparse, owners: &[usize]) -> Vec<usize> {
     let mut v = DVector::from_element(S.nrows(), 1.0);
     for _ in 0..1000 {
         // Half a step of the identity makes the iteration converge on periodic loops too.
-        let next: DVector<f64> = S * &v + &v;
+        let next: DVector<f64> = S.times(&v) + &v;
         v = &next / next.amax();
     }
     let mut row = v.imax();
@@ -740,10 +626,12 @@ fn strongest_loop(S: &DMatrix<f64>, owners: &[usize]) -> Vec<usize> {
             return path.split_off(start);
         }
         path.push(owners[row]);
-        row = S.row(row).transpose().component_mul(&v).imax();
+        let strongest = S.row(row).iter().max_by(|(a, x), (b, y)| (x * v[*a]).total_cmp(&(y * v[*b])));
+        row = strongest.map_or(row, |(column, _)| *column);
     }
 }
 
-fn block_gain(network: &Network, S: &DMatrix<f64>, z_offset: &[usize], i: usize, j: usize) -> f64 {
-    S.view((z_offset[i], z_offset[j]), (network.subsystems[i].nz(), network.subsystems[j].nz())).amax()
+fn block_gain(S: &Sparse, z: &[usize], i: usize, j: usize) -> f64 {
+    let entries = (z[i]..z[i + 1]).flat_map(|row| S.row(row));
+    entries.filter(|(column, _)| (z[j]..z[j + 1]).contains(column)).fold(0.0, |gain, (_, value)| value.max(gain))
 }

@@ -18,11 +18,11 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::convex::{Box, Invariant, Multiplier, Polytope, Strips, multipliers, rpi_at_least};
 use crate::diagnostic::Diagnostics;
-use crate::gains::Gains;
+use crate::gains::{Gains, Proof};
 use crate::network::Network;
 use crate::optim::conic::Answer;
 use crate::sets::{Sets, closed_loop_z, floor_support, import_gain, least_offsets, noise_through_gain};
-pub use program::CAP;
+use crate::sharing::spread;
 use program::{Asks, Goal, Program};
 
 pub use appraise::{Aim, Merit, Stage};
@@ -40,7 +40,7 @@ pub struct Sizing {
     pub objective: f64,
     /// Every inclusion that Theorem 1 leans on, with what is left of it.
     pub slacks: Vec<Slack>,
-    /// What another reserve would mean, for the summary; the chosen point has `reserve` 1.
+    /// What another reserve would mean, for the summary; the chosen point has `reserve` 1. Empty for large networks.
     pub trade: Vec<TradePoint>,
 }
 
@@ -92,7 +92,7 @@ pub struct TradePoint {
 }
 
 /// The multipliers of one subsystem: what makes the program linear.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Proofs {
     /// Normals of E_i and of Sigma_i: those of the stage before, or fewer.
     tube_normals: DMatrix<f64>,
@@ -139,13 +139,16 @@ impl Sizing {
     /// inclusion does not survive rounding.
     pub fn new(network: &Network, gains: &Gains, sets: &Sets) -> Result<Self, Diagnostics> {
         let context = Context { network, gains, sets };
+        let rounds = if context.is_large() { FEW_ROUNDS } else { ROUNDS };
         let (program, point) =
-            context.optimise(&Asks::default(), ROUNDS).map_err(|failure| failure.explained(&context))?;
+            context.optimise(&Asks::default(), rounds).map_err(|failure| failure.explained(&context))?;
         let (program, point) = context.without_idle_strips(&program).unwrap_or((program, point));
         let mut sizing = settle::settle(&context, &program, &point)?;
         sizing.slacks = verify::verify(&context, &program.proofs, &sizing)?;
         settle::admit_drift(&context, &program, &mut sizing);
-        sizing.trade = trade(&context, &program, &sizing);
+        if !context.is_large() {
+            sizing.trade = trade(&context, &program, &sizing);
+        }
         Ok(sizing)
     }
 }
@@ -157,13 +160,20 @@ struct Noise {
 }
 
 const ROUNDS: usize = 6;
+/// Of a large network, whose programs take long; there is no trade of its reserve for the same reason.
+const FEW_ROUNDS: usize = 2;
 
 impl Context<'_> {
+    fn is_large(&self) -> bool {
+        matches!(self.gains.proof, Proof::Responses(_))
+    }
+
     /// Alternates between the program and its multipliers until a round gains less than 1e-4 of the objective.
     fn optimise(&self, asks: &Asks, rounds: usize) -> Result<(Program, Vec<f64>), Failure> {
         let (mut program, mut point) = self.first_point(asks, rounds)?;
         for _ in 0..rounds {
-            let Some(proofs) = self.better_proofs(&program, &point) else { break };
+            let better = self.better_proofs(&program, &point).filter(|proofs| *proofs != program.proofs);
+            let Some(proofs) = better else { break };
             let next = Program::new(self, proofs, asks);
             let Answer::Point(better) = next.solve() else { break };
             let gain = next.objective(&better) - program.objective(&point);
@@ -215,7 +225,10 @@ impl Context<'_> {
 
     /// The same program without the strips of Sigma_i that no proof rests on.
     fn without_idle_strips(&self, program: &Program) -> Option<(Program, Vec<f64>)> {
-        let proofs = program.proofs.iter().map(Proofs::without_idle_strips).collect();
+        let proofs: Vec<Proofs> = program.proofs.iter().map(Proofs::without_idle_strips).collect();
+        if proofs == program.proofs {
+            return None;
+        }
         let program = Program::new(self, proofs, &Asks::default());
         match program.solve() {
             Answer::Point(point) => Some((program, point)),
@@ -228,22 +241,21 @@ impl Context<'_> {
             let sets = &self.sets.subsystems[i];
             self.proofs(i, &sets.tube.set, &sets.terminal.set).ok_or_else(|| diagnose::no_proof(self, i).into())
         };
-        (0..self.network.subsystems.len()).map(of).collect()
+        spread(self.network.subsystems.len(), of).into_iter().collect()
     }
 
     /// The best multipliers at a point of the program; `None` where rounding stands in the way.
     fn better_proofs(&self, program: &Program, point: &[f64]) -> Option<Vec<Proofs>> {
-        (0..self.network.subsystems.len())
-            .map(|i| {
-                let (sets, F) = (&self.sets.subsystems[i], &self.gains.subsystems[i].F);
-                let least = least_offsets(&sets.tube.normals, &self.network.subsystems[i]);
-                let tube = rpi_at_least(&sets.tube.normals, F, &self.W(program, point, i), &least)?;
-                let sigma = program.sigma(point, i);
-                let P = &sets.terminal.normals;
-                let Lambda = multipliers(P, &sigma, &(P * F))?;
-                self.proofs(i, &tube, &Invariant { q: sigma, Lambda })
-            })
-            .collect()
+        let better = spread(self.network.subsystems.len(), |i| {
+            let (sets, F) = (&self.sets.subsystems[i], &self.gains.subsystems[i].F);
+            let least = least_offsets(&sets.tube.normals, &self.network.subsystems[i]);
+            let tube = rpi_at_least(&sets.tube.normals, F, &self.W(program, point, i), &least)?;
+            let sigma = program.sigma(point, i);
+            let P = &sets.terminal.normals;
+            let Lambda = multipliers(P, &sigma, &(P * F))?;
+            self.proofs(i, &tube, &Invariant { q: sigma, Lambda })
+        });
+        better.into_iter().collect()
     }
 
     /// Support of W_i in the normals of E_i at a point of the program.

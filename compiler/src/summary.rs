@@ -1,5 +1,7 @@
 //! The finished design on one screen.
 
+#![expect(non_snake_case, reason = "the paper's symbols")]
+
 use std::fmt;
 
 use crate::convex::Polytope;
@@ -33,7 +35,7 @@ impl fmt::Display for Summary<'_> {
             self.assumptions(),
             self.tuning(),
             self.references(),
-            (0..self.design.network.subsystems.len()).flat_map(|i| self.subsystem(i)).collect(),
+            self.subsystems(),
             self.coupling(),
             self.slacks(),
             self.trade(),
@@ -60,10 +62,17 @@ impl Summary<'_> {
             "Assumptions, each with its margin".to_owned(),
             self.origins(),
             below_one("1  spectral radius of A + BK", gains.rho_F),
-            format!("  2  {:<40}{:<10} above 0", "smallest singular value, relative", short(gains.rank_margin)),
+            self.rank(),
             below_one("3  spectral radius of calF", gains.rho_calF),
             below_one("4  small gain: spectral radius of S", sets.rho_small_gain),
         ]
+    }
+
+    fn rank(&self) -> String {
+        match self.design.gains.rank_margin {
+            Some(margin) => format!("  2  {:<40}{:<10} above 0", "smallest singular value, relative", short(margin)),
+            None => "  2  full rank, since calF is stable (not measured: large network)".to_owned(),
+        }
     }
 
     /// Where the gains came from; all subsystems mostly have the same origin.
@@ -114,6 +123,26 @@ impl Summary<'_> {
         vec![String::new(), format!("References move by eps = {epsilon} per step at most ({origin}; norm {norm})")]
     }
 
+    /// All, or of a large network those whose set-points use least of their bounds.
+    fn subsystems(&self) -> Vec<String> {
+        let count = self.design.network.subsystems.len();
+        if count <= MOST_SHOWN {
+            return (0..count).flat_map(|i| self.subsystem(i)).collect();
+        }
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by(|&a, &b| self.least_share(a).total_cmp(&self.least_share(b)));
+        let others = format!("{} others are in the file that `--design` writes", count - FEW_SHOWN);
+        let head = format!("The {FEW_SHOWN} subsystems whose set-points use least of their bounds; the {others}");
+        let shown = order[..FEW_SHOWN].iter().flat_map(|&i| self.subsystem(i));
+        [String::new(), head].into_iter().chain(shown).collect()
+    }
+
+    /// The smallest width of a set-point range over the natural size of its output.
+    fn least_share(&self, i: usize) -> f64 {
+        let (Y, natural) = (&self.design.sizing.subsystems[i].Y, &self.design.sets.subsystems[i].scales.y);
+        (0..natural.len()).map(|k| (Y.max[k] - Y.min[k]) / natural[k]).fold(f64::INFINITY, f64::min)
+    }
+
     fn subsystem(&self, i: usize) -> Vec<String> {
         let model = &self.design.network.subsystems[i];
         let sizes = &self.design.sizing.subsystems[i];
@@ -158,7 +187,10 @@ impl Summary<'_> {
     }
 
     fn notices(&self) -> Vec<String> {
-        let notices = notices(self.design).into_iter().flat_map(|notice| wrapped(&notice, 96));
+        let all = notices(self.design);
+        let more = all.len().checked_sub(MOST_SHOWN).filter(|more| *more > 0);
+        let more = more.map(|more| format!("and {more} more of this kind"));
+        let notices = all.into_iter().take(MOST_SHOWN).chain(more).flat_map(|notice| wrapped(&notice, 96));
         titled("Worth a second look", notices.collect())
     }
 
@@ -171,6 +203,11 @@ impl Summary<'_> {
         titled("What reserve against upsets costs (relative to this design, marked >)", rows)
     }
 }
+
+/// Subsystems, or notices, that are all shown.
+const MOST_SHOWN: usize = 20;
+/// Subsystems that stand for more than that.
+const FEW_SHOWN: usize = 5;
 
 fn below_one(what: &str, value: f64) -> String {
     format!("  {what:<43}{:<10} margin {}", short(value), short(1.0 - value))

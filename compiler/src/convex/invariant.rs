@@ -3,7 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::strips::{Multiplier, multipliers};
+use crate::optim::block_lu::BlockLu;
 use crate::optim::lyapunov::spectral_radius;
+use crate::optim::sparse::Sparse;
 
 /// {x : |P x| <= q} with the proof that F maps it, plus a disturbance w with |P w| <= r, into itself: rows lambda_k
 /// with lambda_k P = (P F)_k and |Lambda| q + r <= q.
@@ -87,6 +89,33 @@ pub fn least_fixed_point(M: &DMatrix<f64>, r: &DVector<f64>, least: &DVector<f64
     None
 }
 
+/// [`least_fixed_point`] of a sparse matrix in blocks; `starts` as in [`BlockLu::of_identity_minus`].
+pub fn least_fixed_point_of_blocks(
+    M: &Sparse,
+    starts: &[usize],
+    r: &DVector<f64>,
+    least: &DVector<f64>,
+) -> Option<DVector<f64>> {
+    let size = M.nrows();
+    let mut held = vec![false; size];
+    for _ in 0..2 * size + 2 {
+        let open = M.without_rows(&held);
+        let right = DVector::from_fn(size, |k, _| if held[k] { least[k] } else { r[k] });
+        let lu = BlockLu::of_identity_minus(&open, starts)?;
+        let first = lu.solve(&right);
+        let q = &first + lu.solve(&(&right - &first + open.times(&first)));
+        let rise = M.times(&q) + r;
+        let wrong =
+            |k: usize| if held[k] { rise[k] > least[k] * (1.0 + 1e-12) } else { q[k] < least[k] && least[k] > 0.0 };
+        let change: Vec<usize> = (0..size).filter(|&k| wrong(k)).collect();
+        if change.is_empty() {
+            return Some(q);
+        }
+        change.into_iter().for_each(|k| held[k] = !held[k]);
+    }
+    None
+}
+
 fn settled(q: &DVector<f64>, next: &DVector<f64>) -> bool {
     q.iter().zip(next).all(|(q, next)| (q - next).abs() <= 1e-12 * next.abs())
 }
@@ -136,6 +165,18 @@ mod tests {
         assert!((raised.q[1] - (1.17 * 2.0 + 1.0) / 0.97).abs() < 1e-9, "{}", raised.q[1]);
         let idle = rpi_at_least(&P, &published(), &unit_box(&P), &free.q.map(|q| 0.9 * q)).unwrap();
         assert!((idle.q - free.q).amax() < 1e-12);
+    }
+
+    #[test]
+    fn blocks_have_the_fixed_point_of_the_dense_matrix() {
+        let M =
+            DMatrix::from_fn(6, 6, |i, j| if i.abs_diff(j) <= 2 { 0.1 + 0.02 * (i + 2 * j) as f64 / 6.0 } else { 0.0 });
+        let (r, least) =
+            (DVector::from_element(6, 1.0), DVector::from_fn(6, |k, _| if k % 2 == 0 { 2.5 } else { 0.0 }));
+        let dense = least_fixed_point(&M, &r, &least).unwrap();
+        let sparse = Sparse::from_blocks(6, 6, [((0, 0), &M)]);
+        let blocks = least_fixed_point_of_blocks(&sparse, &[0, 2, 3, 6], &r, &least).unwrap();
+        assert!((dense - blocks).amax() < 1e-12);
     }
 
     #[test]

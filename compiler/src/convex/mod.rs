@@ -2,6 +2,7 @@
 
 mod bounded;
 mod boxes;
+mod front;
 mod invariant;
 mod polytope;
 mod strips;
@@ -9,7 +10,8 @@ mod tube;
 
 pub use bounded::Bounded;
 pub use boxes::Box;
-pub use invariant::{Invariant, least_fixed_point, rpi_at_least, rpi_on_normals};
+pub use front::{Care, Charge, Front, LANES, Space};
+pub use invariant::{Invariant, least_fixed_point, least_fixed_point_of_blocks, rpi_at_least, rpi_on_normals};
 pub use polytope::Polytope;
 pub use strips::{Multiplier, Strips, multiplier, multipliers};
 pub use tube::{PowerSum, RateNorm};

@@ -47,7 +47,7 @@ impl Strips {
 }
 
 /// A row mu with mu P = d: the proof that d'x <= |mu| q wherever |P x| <= q.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Multiplier {
     pub mu: DVector<f64>,
     /// |d - mu P|, what rounding left.

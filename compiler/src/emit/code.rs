@@ -7,6 +7,7 @@ use super::monitors::has_noise;
 use super::names::{code, one_line};
 use super::node::{Neighbour, Node, labelled, labels};
 use crate::design::Design;
+use crate::gains::Proof;
 use crate::problems::ReferenceProblem;
 
 /// Version of the runtime whose tables the emitted files fill: major, minor.
@@ -216,6 +217,9 @@ fn start(node: &Node) -> [TokenStream; 2] {
 }
 
 fn steady_state(node: &Node) -> TokenStream {
+    if is_sparse(node) {
+        return sparse_steady_state(node);
+    }
     if node.network_loads() == 0 {
         return quote! {
             /// The state and input that this subsystem rests at when the outputs of the whole network rest at
@@ -235,6 +239,37 @@ fn steady_state(node: &Node) -> TokenStream {
             let mut steady = SteadyState { x: STEADY_X.each_ref().map(at_rest), u: STEADY_U.each_ref().map(at_rest) };
             steady.x.iter_mut().zip(&STEADY_X_LOADS).for_each(|(x, row)| *x += under(row));
             steady.u.iter_mut().zip(&STEADY_U_LOADS).for_each(|(u, row)| *u += under(row));
+            steady
+        }
+    }
+}
+
+/// Whether the tables of steady states list the entries of their rows.
+fn is_sparse(node: &Node) -> bool {
+    matches!(node.design.gains.proof, Proof::Responses(_))
+}
+
+fn sparse_steady_state(node: &Node) -> TokenStream {
+    let sum = quote! { |row: &[(usize, f64)], values: &[f64]| row.iter().map(|(k, a)| a * values[*k]).sum::<f64>() };
+    if node.network_loads() == 0 {
+        return quote! {
+            /// The state and input that this subsystem rests at when the outputs of the whole network rest at
+            /// `outputs`, in the order of the modules.
+            pub fn steady_state(outputs: &[f64; NETWORK_NY]) -> SteadyState {
+                let sum = #sum;
+                SteadyState { x: STEADY_X.map(|row| sum(row, outputs)), u: STEADY_U.map(|row| sum(row, outputs)) }
+            }
+        };
+    }
+    quote! {
+        /// The state and input that this subsystem rests at when the outputs of the whole network rest at `outputs` under
+        /// `loads`, both in the order of the modules.
+        pub fn steady_state(outputs: &[f64; NETWORK_NY], loads: &[f64; NETWORK_ND]) -> SteadyState {
+            let sum = #sum;
+            let mut steady =
+                SteadyState { x: STEADY_X.map(|row| sum(row, outputs)), u: STEADY_U.map(|row| sum(row, outputs)) };
+            steady.x.iter_mut().zip(&STEADY_X_LOADS).for_each(|(x, row)| *x += sum(row, loads));
+            steady.u.iter_mut().zip(&STEADY_U_LOADS).for_each(|(u, row)| *u += sum(row, loads));
             steady
         }
     }

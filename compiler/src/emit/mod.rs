@@ -10,6 +10,7 @@
 //! | `parts` | the second half: the runtime's tables as values |
 //! | `monitors` | the sets that hold at every step, and the steady states |
 //! | `tables` | printing of values, one matrix row per line |
+//! | `steady` | the maps from outputs and loads at rest to the states |
 //! | `names` | identifiers and comments out of the user's names |
 //! | `network` | the list of the modules, and who talks to whom |
 //! | `disk` | writing all files or none |
@@ -21,6 +22,7 @@ mod names;
 mod network;
 mod node;
 mod parts;
+mod steady;
 mod tables;
 
 use std::io;
@@ -28,11 +30,11 @@ use std::path::{Path, PathBuf};
 
 pub use disk::write_all;
 
-use nalgebra::DMatrix;
-
 use crate::design::Design;
 use crate::network::Network;
+use crate::sharing::spread;
 use node::Node;
+use steady::Steady;
 use tables::{Value, item};
 
 /// What the compiler writes for one network.
@@ -54,10 +56,13 @@ impl Emitted {
         let modules = names::module_names(design.network.subsystems.iter().map(|s| s.name.as_str()));
         let mut files = vec![("mod.rs".to_owned(), network::file(&nodes, &modules))];
         let mut table_bytes = Vec::new();
-        for (node, module) in nodes.iter().zip(&modules) {
-            let tables = parts::all(node);
-            table_bytes.push(tables.bytes());
-            files.push((format!("{module}.rs"), subsystem_file(node, &modules, &tables, &steady)));
+        let made = spread(nodes.len(), |i| {
+            let tables = parts::all(&nodes[i]);
+            (tables.bytes(), subsystem_file(&nodes[i], &modules, &tables, &steady))
+        });
+        for ((bytes, text), module) in made.into_iter().zip(&modules) {
+            table_bytes.push(bytes);
+            files.push((format!("{module}.rs"), text));
         }
         Self { files, table_bytes }
     }
@@ -90,21 +95,4 @@ fn subsystem_file(node: &Node, modules: &[String], tables: &Value, steady: &Stea
     sections.push(item(doc, "TABLES", "Parts", tables));
     sections.extend(monitors::items(node, steady));
     sections.join("\n")
-}
-
-/// chi at rest, (9), as linear maps.
-struct Steady {
-    /// From the outputs of the network.
-    outputs: DMatrix<f64>,
-    /// From its loads.
-    loads: DMatrix<f64>,
-}
-
-impl Steady {
-    fn new(design: &Design) -> Self {
-        let outputs = design.gains.steady();
-        let loads = crate::sets::loads::steady(&design.network, &design.gains);
-        let both = outputs.zip(loads).map(|(outputs, loads)| Self { outputs, loads });
-        both.unwrap_or_else(|| unreachable!("calF has no eigenvalue 1: Gains proved it Schur"))
-    }
 }

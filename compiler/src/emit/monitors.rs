@@ -12,10 +12,11 @@ use crate::network::{NamedPolytope, Signal, Subsystem};
 /// All items, in the order of the file.
 pub fn items(node: &Node, steady: &Steady) -> Vec<String> {
     let model = node.model();
-    let [x, u] = steady_states(node, &Source::outputs(node), &steady.outputs);
+    let (outputs, loads) = steady.rows(node.design.gains.chi_offset[node.i], model.n() + model.p());
+    let [x, u] = steady_states(node, &Source::outputs(node, steady), &outputs);
     let mut items = vec![row_names(node), x, u];
     if node.network_loads() > 0 {
-        items.extend(steady_states(node, &Source::loads(node), &steady.loads));
+        items.extend(steady_states(node, &Source::loads(node, steady), &loads));
     }
     items.extend((!node.loads().is_empty()).then(|| load_model(node)));
     items.push(tube(node));
@@ -67,18 +68,18 @@ struct Source {
     /// Of the tables: `STEADY_X`, `STEADY_U` with this at the end.
     suffix: &'static str,
     count: &'static str,
-    /// `left: h1 [cm]` for every signal of the network.
-    columns: Vec<String>,
+    /// `left: h1 [cm]` for every signal of the network; `None` in a large one, whose rows list their entries.
+    columns: Option<Vec<String>>,
 }
 
 impl Source {
-    fn outputs(node: &Node) -> Self {
-        let columns = network_signals(node, |s| &s.outputs);
+    fn outputs(node: &Node, steady: &Steady) -> Self {
+        let columns = (!steady.is_sparse()).then(|| network_signals(node, |s| &s.outputs));
         Self { what: "the outputs of the whole network at rest", suffix: "", count: "NETWORK_NY", columns }
     }
 
-    fn loads(node: &Node) -> Self {
-        let columns = network_signals(node, |s| &s.loads.signals);
+    fn loads(node: &Node, steady: &Steady) -> Self {
+        let columns = (!steady.is_sparse()).then(|| network_signals(node, |s| &s.loads.signals));
         Self { what: "the loads of the whole network, outputs at 0", suffix: "_LOADS", count: "NETWORK_ND", columns }
     }
 }
@@ -91,20 +92,34 @@ fn network_signals(node: &Node, of: fn(&Subsystem) -> &[Signal]) -> Vec<String> 
 /// Rest of (9): chi = `steady` times the source, u = calK_i chi.
 fn steady_states(node: &Node, source: &Source, steady: &DMatrix<f64>) -> [String; 2] {
     let (model, gains) = (node.model(), node.gains());
-    let chi = steady.rows(node.design.gains.chi_offset[node.i], model.n() + model.p());
-    let x = chi.rows(0, model.n()).into_owned();
-    let u = gains.calK() * chi;
-    let Source { what, suffix, count, columns } = source;
-    let table = |name: &str, state: &str, rows: &str, value: Value| {
-        let columns = columns.join(", ");
-        let doc = format!("{state} at rest, (9), as a linear map of {what}. One row per entry; columns\n{columns}.");
-        item(&doc, &format!("{name}{suffix}"), &format!("[[f64; {count}]; {rows}]"), &value)
-    };
+    let x = steady.rows(0, model.n()).into_owned();
+    let u = gains.calK() * steady;
     [
-        table("STEADY_X", "State", "NX", Value::matrix(&x, &labels(&model.states))),
-        table("STEADY_U", "Input", "NU", Value::matrix(&u, &labels(&model.inputs))),
+        source.table("STEADY_X", "State", "NX", &x, &labels(&model.states)),
+        source.table("STEADY_U", "Input", "NU", &u, &labels(&model.inputs)),
     ]
 }
+
+impl Source {
+    fn table(&self, name: &str, state: &str, rows: &str, matrix: &DMatrix<f64>, labels: &[String]) -> String {
+        let Self { what, suffix, count, columns } = self;
+        let map = format!("{state} at rest, (9), as a linear map of {what}. One row per entry");
+        let (doc, ty, value) = match columns {
+            Some(columns) => {
+                let doc = format!("{map}; columns\n{}.", columns.join(", "));
+                (doc, format!("[[f64; {count}]; {rows}]"), Value::matrix(matrix, labels))
+            }
+            None => {
+                let doc = format!("{map}: indices, in the order of the modules, and coefficients.");
+                (doc, format!("[&[(usize, f64)]; {rows}]"), Value::entries(matrix, LITTLE, labels))
+            }
+        };
+        item(&doc, &format!("{name}{suffix}"), &ty, &value)
+    }
+}
+
+/// Entries of a steady row below this share of the largest are left out: less than what rounding does to the others.
+const LITTLE: f64 = 1e-15;
 
 /// `dpc_runtime::tables::LoadModel`.
 fn load_model(node: &Node) -> String {

@@ -17,6 +17,8 @@ pub enum Value {
     Text(String),
     /// An array on one line.
     Row(Vec<f64>),
+    /// References to lists of indices and numbers, one per line, each with what it means.
+    Entries(Vec<(Vec<(usize, f64)>, String)>),
     /// One row per line, each with what it means.
     Matrix(Vec<(Vec<f64>, String)>),
     /// One element per line, each with what it means.
@@ -47,6 +49,17 @@ impl Value {
         Value::Matrix((0..matrix.nrows()).map(|k| (row(k), labels.get(k).cloned().unwrap_or_default())).collect())
     }
 
+    /// The entries of each row that are larger than `little` times the largest.
+    pub fn entries(matrix: &DMatrix<f64>, little: f64, labels: &[String]) -> Self {
+        let row = |k: usize| {
+            let row = matrix.row(k);
+            let least = little * row.amax();
+            let large = row.iter().copied().enumerate().filter(|(_, entry)| entry.abs() > least).collect();
+            (large, labels.get(k).cloned().unwrap_or_default())
+        };
+        Value::Entries((0..matrix.nrows()).map(row).collect())
+    }
+
     pub fn row(row: &DVector<f64>) -> Self {
         Value::Row(row.iter().copied().collect())
     }
@@ -64,6 +77,7 @@ impl Value {
             Value::Flag(_) => 1,
             Value::Text(text) => 16 + text.len(),
             Value::Row(row) => 8 * row.len(),
+            Value::Entries(rows) => rows.iter().map(|(row, _)| 16 + 16 * row.len()).sum(),
             Value::Matrix(rows) => rows.iter().map(|(row, _)| 8 * row.len()).sum(),
             Value::List(items) => items.iter().map(|(item, _)| item.bytes()).sum(),
             Value::Tuple(items) => padded(items.iter().map(Value::bytes).sum()),
@@ -107,6 +121,7 @@ fn write_value(text: &mut String, value: &Value, depth: usize) {
         Value::Flag(flag) => text.push_str(&flag.to_string()),
         Value::Text(string) => text.push_str(&format!("{string:?}")),
         Value::Row(row) => text.push_str(&numbers(row)),
+        Value::Entries(rows) => write_lines(text, depth, rows, |text, row| text.push_str(&pairs(row))),
         Value::Matrix(rows) => write_lines(text, depth, rows, |text, row| text.push_str(&numbers(row))),
         Value::List(items) => write_lines(text, depth, items, |text, item| write_value(text, item, depth + 1)),
         Value::Tuple(items) => write_tuple(text, items, depth),
@@ -116,6 +131,10 @@ fn write_value(text: &mut String, value: &Value, depth: usize) {
 
 fn numbers(row: &[f64]) -> String {
     format!("[{}]", row.iter().map(|&x| number(x)).collect::<Vec<_>>().join(", "))
+}
+
+fn pairs(row: &[(usize, f64)]) -> String {
+    format!("&[{}]", row.iter().map(|&(k, x)| format!("({k}, {})", number(x))).collect::<Vec<_>>().join(", "))
 }
 
 fn write_lines<T>(text: &mut String, depth: usize, items: &[(T, String)], write: impl Fn(&mut String, &T)) {

@@ -5,10 +5,11 @@ use nalgebra::DMatrix;
 use super::inequality::{Nothing, offer};
 use super::interconnection::Layer;
 use super::pairing::wrong_pairs;
-use super::{Collective, Gains, K_i};
+use super::{Collective, Gains, K_i, reference_states};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::network::{FoundBy, FoundGain, Network, Subsystem};
 use crate::sets::{Sets, small_gain_radius as radius_with, worst_reference_share};
+use crate::tuning::Watch;
 
 /// `gains` of the file, for subsystems that state no gains themselves.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -40,10 +41,18 @@ impl Settled {
     /// # Errors
     /// Those of [`Gains::new`] and [`Sets::new`] for the gains tried first, with what the matrix inequality has to say.
     pub fn new(network: Network) -> Result<Self, Diagnostics> {
+        Self::watched(network, &mut ())
+    }
+
+    /// [`Settled::new`]; `watch` hears when gains or sets have been made.
+    ///
+    /// # Errors
+    /// As [`Settled::new`].
+    pub fn watched(network: Network, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
         match network.gains {
-            GainChoice::Lqr => Self::with(network).map_err(offered),
-            GainChoice::Lmi => Self::by_inequality(network),
-            GainChoice::Auto => Self::by_need(network),
+            GainChoice::Lqr => Self::with(network, watch).map_err(offered),
+            GainChoice::Lmi => Self::by_inequality(network, watch),
+            GainChoice::Auto => Self::by_need(network, watch),
         }
     }
 
@@ -51,24 +60,25 @@ impl Settled {
     ///
     /// # Errors
     /// Those of [`Gains::new`] and [`Sets::new`].
-    pub fn with(network: Network) -> Result<Self, Diagnostics> {
-        let (gains, sets) = attempt(&network)?;
+    pub fn with(network: Network, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
+        let (gains, sets) = attempt(&network, watch)?;
         Ok(Self { network, gains, sets })
     }
 
-    fn by_inequality(mut network: Network) -> Result<Self, Diagnostics> {
+    fn by_inequality(mut network: Network, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
         for layer in [Layer::Local, Layer::Reference] {
             if is_open(&network, layer) {
                 network = improved(&network, layer).map_err(|shortfall| refused(&network, &shortfall))?;
             }
         }
-        Self::with(network)
+        watch.stage("Gains");
+        Self::with(network, watch)
     }
 
-    fn by_need(mut network: Network) -> Result<Self, Diagnostics> {
+    fn by_need(mut network: Network, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
         let mut tried = Vec::new();
         loop {
-            let errors = match attempt(&network) {
+            let errors = match attempt(&network, watch) {
                 Ok((gains, sets)) => return Ok(Self { network, gains, sets }),
                 Err(errors) => errors,
             };
@@ -83,17 +93,20 @@ impl Settled {
     }
 }
 
-fn attempt(network: &Network) -> Result<(Gains, Sets), Diagnostics> {
-    let gains = Gains::new(network)?;
-    let sets = Sets::new(network, &gains)?;
-    Ok((gains, sets))
+fn attempt(network: &Network, watch: &mut dyn Watch) -> Result<(Gains, Sets), Diagnostics> {
+    let gains = Gains::new(network);
+    watch.stage("Gains");
+    let gains = gains?;
+    let sets = Sets::new(network, &gains);
+    watch.stage("Sets");
+    Ok((gains, sets?))
 }
 
 /// The layer whose gains other gains could repair; no gains repair what is not listed.
 fn blamed(Diagnostics(errors): &Diagnostics) -> Option<Layer> {
     match errors.first()?.code {
         code::COLLECTIVE_LOOP | code::SMALL_GAIN | code::NO_INVARIANT_SET | code::FEW_NORMALS => Some(Layer::Local),
-        code::ASSUMPTION_3 | code::STEADY_STATE => Some(Layer::Reference),
+        code::ASSUMPTION_3 | code::LARGE_REFERENCES | code::STEADY_STATE => Some(Layer::Reference),
         _ => None,
     }
 }
@@ -101,6 +114,10 @@ fn blamed(Diagnostics(errors): &Diagnostics) -> Option<Layer> {
 fn is_open(network: &Network, layer: Layer) -> bool {
     network.subsystems.iter().any(|s| layer.given(s).is_none())
 }
+
+/// Reference states of the largest network that the matrix inequality is tried for: its work grows with the fourth power or
+/// more.
+const MOST_STATES: usize = 120;
 
 /// Why the inequality does not help.
 struct Shortfall {
@@ -123,6 +140,12 @@ impl Shortfall {
 
 /// `network` with gains of the inequality in one layer.
 fn improved(network: &Network, layer: Layer) -> Result<Network, Shortfall> {
+    let size = reference_states(network);
+    if size > MOST_STATES {
+        let size = format!("this network has {size} reference states, it is tried up to {MOST_STATES}");
+        let note = format!("the matrix inequality over all subsystems is a dense problem: {size}");
+        return Err(Shortfall::of(layer, note));
+    }
     match layer {
         Layer::Local => quietest(network),
         Layer::Reference => roomiest(network),
@@ -165,7 +188,7 @@ fn small_gain_radius(network: &Network) -> Option<f64> {
 
 /// Whether nothing is left to blame the K_i for.
 fn stands(network: &Network) -> bool {
-    attempt(network).map_or_else(|errors| blamed(&errors) != Some(Layer::Local), |_| true)
+    attempt(network, &mut ()).map_or_else(|errors| blamed(&errors) != Some(Layer::Local), |_| true)
 }
 
 fn loud(best: Option<f64>) -> Shortfall {

@@ -44,9 +44,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::references::steady_error;
 use crate::convex::{PowerSum, RateNorm};
 use crate::gains::Gains;
 use crate::network::Network;
+use crate::optim::lyapunov::Contraction;
 use crate::optim::rounding::sum_upper;
 
 /// Mcal = diag([M_i; 0]) over chi and all loads of the network.
@@ -64,7 +66,7 @@ pub fn collective(network: &Network, gains: &Gains) -> DMatrix<f64> {
 /// (I - calF)^-1 Mcal: chi at rest under constant loads; `None` only where rounding defeats the solution.
 pub fn steady(network: &Network, gains: &Gains) -> Option<DMatrix<f64>> {
     let size = gains.calF.nrows();
-    (DMatrix::identity(size, size) - &gains.calF).lu().solve(&collective(network, gains))
+    (DMatrix::identity(size, size) - gains.calF.to_dense()).lu().solve(&collective(network, gains))
 }
 
 /// The share of the loads in the references.
@@ -81,7 +83,12 @@ pub struct Response {
 
 impl Response {
     /// `Some(None)` without loads, `None` where the steady states cannot be computed.
-    pub fn new(network: &Network, gains: &Gains) -> Option<Option<Self>> {
+    pub fn new(
+        network: &Network,
+        gains: &Gains,
+        calF: &DMatrix<f64>,
+        contraction: &Contraction,
+    ) -> Option<Option<Self>> {
         let Mcal = collective(network, gains);
         if Mcal.ncols() == 0 {
             return Some(None);
@@ -92,16 +99,16 @@ impl Response {
         };
         let (min, max, rate) = (all(|d| &d.min), all(|d| &d.max), all(|d| &d.rate));
         let steady = steady(network, gains)?;
-        let error = super::steady_error(gains, &steady, &Mcal);
+        let error = steady_error(calF, contraction, &steady, &Mcal);
         let sum = |W: DMatrix<f64>, size: &DVector<f64>, error: &[f64]| {
             let W = W * DMatrix::from_diagonal(size);
             let error: Vec<f64> = error.iter().zip(size).map(|(error, size)| error * size).collect();
             let blocks = vec![size.len()];
-            PowerSum::new(gains.calF.clone(), W, blocks, RateNorm::Inf, gains.contraction.clone(), &error)
+            PowerSum::new(calF.clone(), W, blocks, RateNorm::Inf, contraction.clone(), &error)
         };
         // Twice: once for `steady`, once for its product with calF.
         let of_product: Vec<f64> = error.iter().map(|error| 2.0 * error).collect();
-        let at_rate = sum(-(&gains.calF * &steady), &rate, &of_product);
+        let at_rate = sum(-(calF * &steady), &rate, &of_product);
         let half = (&max - &min) * 0.5;
         let in_range = sum(Mcal, &half, &vec![0.0; half.len()]);
         Some(Some(Self { steady, error, min, max, at_rate, in_range }))

@@ -7,7 +7,7 @@ use nalgebra::DVector;
 use super::{Context, Proofs};
 use crate::convex::Multiplier;
 use crate::optim::conic::{Answer, LogProgram};
-use crate::sets::{ReferenceShare, floor_support, import_gain, least_offsets};
+use crate::sets::{CAP, ReferenceShare, floor_support, import_gain, least_offsets};
 
 /// What is asked of the program beyond the network's wishes.
 #[derive(Debug, Clone, Default)]
@@ -59,6 +59,8 @@ pub struct Program {
     pub proofs: Vec<Proofs>,
     problem: LogProgram,
     variables: Vec<Variables>,
+    /// Ends of Y_i, (max, -min), by entry of the collective y.
+    ends: Vec<(usize, usize)>,
     epsilon: Epsilon,
     /// The factor that the goals `Disturbance`, `Reserve`, `Cover` and `All` maximise.
     factor: Option<usize>,
@@ -88,8 +90,6 @@ pub const MARGIN: f64 = 1e-6;
 /// Extra disturbance the tubes are made for, relative: it pays for the rounding of their offsets. The program takes
 /// twice as much, so that what is settled from it fits.
 pub const TUBE_MARGIN: f64 = 1e-6;
-/// Widths that nothing limits stop at this multiple of the signal's natural size.
-pub const CAP: f64 = 1e4;
 /// Smallest half-width of Delta_i^z and half-axis of Sigma_i, relative to the signal's natural size: they keep the sets
 /// solid.
 const LEAST: f64 = 1e-7;
@@ -98,14 +98,15 @@ impl Program {
     pub fn new(context: &Context, proofs: Vec<Proofs>, asks: &Asks) -> Self {
         let mut problem = LogProgram::default();
         let variables = context.network.subsystems.iter().enumerate();
-        let variables = variables.map(|(i, _)| Variables::new(context, i, &proofs[i], &mut problem)).collect();
+        let variables: Vec<_> = variables.map(|(i, _)| Variables::new(context, i, &proofs[i], &mut problem)).collect();
+        let ends = variables.iter().flat_map(|v| v.y_max.clone().zip(v.y_min.clone())).collect();
         let epsilon = match asks.epsilon.or(context.network.reference.epsilon) {
             Some(epsilon) if !matches!(asks.goal, Goal::Epsilon | Goal::Disturbance) => Epsilon::Given(epsilon),
             _ => Epsilon::Free(problem.variable(most_epsilon(context))),
         };
         let scaled = !matches!(asks.goal, Goal::Wishes | Goal::Speed | Goal::Epsilon);
         let factor = scaled.then(|| problem.variable(1.0));
-        let mut program = Self { proofs, problem, variables, epsilon, factor, goal: asks.goal, rows: Vec::new() };
+        let mut program = Self { proofs, problem, variables, ends, epsilon, factor, goal: asks.goal, rows: Vec::new() };
         for i in 0..context.network.subsystems.len() {
             program.tube(context, i);
             program.terminal(context, i);
@@ -263,16 +264,12 @@ impl Program {
         let mut terms = Vec::new();
         minus(&mut terms, &v.q, taken.tube);
         minus(&mut terms, &v.sigma, taken.terminal);
-        let mut y = 0;
-        for other in &self.variables {
-            for (max, min) in other.y_max.clone().zip(other.y_min.clone()) {
-                let gain = share.steady[y];
-                terms.push(if gain > 0.0 { (max, -gain) } else { (min, gain) });
-                y += 1;
-            }
+        for &(y, gain) in &share.steady {
+            let (max, min) = self.ends[y];
+            terms.push(if gain > 0.0 { (max, -gain) } else { (min, gain) });
         }
         let mut constant =
-            h * (1.0 - MARGIN) - self.charge(&mut terms, (taken.noise + share.load) * (1.0 + TUBE_MARGIN));
+            h * (1.0 - MARGIN) - share.rest - self.charge(&mut terms, (taken.noise + share.load) * (1.0 + TUBE_MARGIN));
         match self.epsilon {
             Epsilon::Given(epsilon) => constant -= epsilon * share.rate,
             Epsilon::Free(k) => terms.push((k, -share.rate)),
@@ -301,7 +298,7 @@ impl Program {
             let (low, high) = s.cover[k].unwrap_or((0.0, 0.0));
             for (end, wanted) in [(max, high), (min, -low)] {
                 self.at_least_zero([(end, 1.0)], 0.0);
-                self.at_least_zero([(end, -1.0)], CAP * context.sets.subsystems[i].scales.y[k]);
+                self.at_least_zero([(end, -1.0)], context.sets.subsystems[i].scales.y_cap[k]);
                 self.at_least(end, wanted, asks.goal, Goal::Cover);
             }
         }

@@ -3,11 +3,12 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::program::{MARGIN, Program, TUBE_MARGIN};
-use super::verify::{Bounds, Tightening, size_of_z, taken, terminal_rows};
+use super::verify::{Bounds, Tightening, ends, size_of_z, taken, terminal_rows};
 use super::{Context, Sizing, SubsystemSizing};
-use crate::convex::{Box, Multiplier, Polytope, Strips, least_fixed_point};
+use crate::convex::{Box, Multiplier, Polytope, Strips, least_fixed_point, least_fixed_point_of_blocks};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::optim::rounding::{down_to_digits, to_digits, up_to_digits};
+use crate::optim::sparse::Sparse;
 use crate::sets::{ReferenceShare, floor_support, import_gain, least_offsets};
 
 /// Digits of what the solver chose (epsilon, Y_i, Delta_i^z): its own accuracy, and pleasant to read.
@@ -33,8 +34,9 @@ pub fn settle(context: &Context, program: &Program, point: &[f64]) -> Result<Siz
     for sized in &mut sizing.subsystems {
         sized.upset = half_axes(&sized.Sigma);
     }
+    let ends = ends(&sizing);
     for (i, sets) in context.sets.subsystems.iter().enumerate() {
-        let taken = |shares: &[ReferenceShare]| shares.iter().map(|share| taken(&sizing, share)).collect();
+        let taken = |shares: &[ReferenceShare]| shares.iter().map(|share| taken(&sizing, &ends, share)).collect();
         let (x_ref, u_ref): (Vec<f64>, Vec<f64>) = (taken(&sets.x_rows), taken(&sets.u_rows));
         sizing.subsystems[i].x_ref = DVector::from_vec(x_ref);
         sizing.subsystems[i].u_ref = DVector::from_vec(u_ref);
@@ -54,8 +56,7 @@ fn settled_dz(context: &Context, program: &Program, point: &[f64], i: usize) -> 
 pub fn tubes(context: &Context, program: &Program, dz: &[DVector<f64>]) -> Option<Vec<(DVector<f64>, DVector<f64>)>> {
     let starts = starts(context);
     let size = *starts.last()?;
-    let (mut M, mut r) = (DMatrix::<f64>::zeros(size, size), DVector::zeros(size));
-    let mut least = DVector::zeros(size);
+    let (mut blocks, mut r, mut least) = (Vec::new(), DVector::zeros(size), DVector::zeros(size));
     for (i, s) in context.network.subsystems.iter().enumerate() {
         let (sets, proofs) = (&context.sets.subsystems[i], &program.proofs[i]);
         let strips = sets.tube.normals.nrows();
@@ -64,19 +65,19 @@ pub fn tubes(context: &Context, program: &Program, dz: &[DVector<f64>]) -> Optio
         r.rows_mut(q, strips).copy_from(&(floor_support(&sets.tube.normals, &sets.floor) * 2.2 + exogenous));
         r.rows_mut(zeta, s.nz()).copy_from(&((&dz[i] + context.noise(i).z) * (1.0 + TUBE_MARGIN)));
         least.rows_mut(q, strips).copy_from(&(least_offsets(&sets.tube.normals, s) * (1.0 + TUBE_MARGIN)));
-        for (a, proof) in proofs.tube.iter().enumerate() {
-            (0..strips).for_each(|b| M[(q + a, q + b)] = proof.mu[b].abs());
-        }
-        for (k, proof) in proofs.tube_z.iter().enumerate() {
-            (0..strips).for_each(|b| M[(zeta + k, q + b)] = proof.mu[b].abs());
-        }
+        let sizes = |proofs: &[Multiplier]| DMatrix::from_fn(proofs.len(), strips, |a, b| proofs[a].mu[b].abs());
+        blocks.extend([((q, q), sizes(&proofs.tube)), ((zeta, q), sizes(&proofs.tube_z))]);
         for &j in s.L.keys() {
             let from = starts[j] + context.sets.subsystems[j].tube.normals.nrows();
-            let gain = import_gain(&sets.tube.normals, s, j) * (1.0 + TUBE_MARGIN);
-            M.view_mut((q, from), gain.shape()).copy_from(&gain);
+            blocks.push(((q, from), import_gain(&sets.tube.normals, s, j) * (1.0 + TUBE_MARGIN)));
         }
     }
-    let solution = least_fixed_point(&M, &r, &least)?;
+    let M = Sparse::from_blocks(size, size, blocks.iter().map(|(place, block)| (*place, block)));
+    let solution = if size <= DENSE {
+        least_fixed_point(&M.to_dense(), &r, &least)?
+    } else {
+        least_fixed_point_of_blocks(&M, &starts, &r, &least)?
+    };
     if !solution.iter().all(|v| v.is_finite() && *v >= 0.0) {
         return None;
     }
@@ -88,6 +89,9 @@ pub fn tubes(context: &Context, program: &Program, dz: &[DVector<f64>]) -> Optio
     };
     Some((0..dz.len()).map(part).collect())
 }
+
+/// Unknowns of the largest linear system that is solved as a dense one.
+const DENSE: usize = 300;
 
 /// First unknown of every subsystem in the linear system, and their number at the end.
 fn starts(context: &Context) -> Vec<usize> {
@@ -160,15 +164,15 @@ fn invariant(proofs: &[Multiplier], sigma: DVector<f64>) -> DVector<f64> {
 
 /// Shrinks all Y_i and Sigma_i by one factor, next to 1, where the solver's tolerance let them grow past a row of (25b).
 fn fit_outputs(context: &Context, program: &Program, sizing: &mut Sizing) {
-    let mut fits = f64::INFINITY;
+    let (mut fits, ends) = (f64::INFINITY, ends(sizing));
     for (i, sets) in context.sets.subsystems.iter().enumerate() {
         let sized = &sizing.subsystems[i];
         let (of_x, of_u) = terminal_rows(context, &program.proofs[i], i, &sized.Sigma);
         let x = sets.x_rows.iter().zip(&sized.X_nom.h).zip(&of_x);
         let u = sets.u_rows.iter().zip(&sized.U_nom.h).zip(&of_u);
         for ((share, room), terminal) in x.chain(u) {
-            let fixed = sizing.epsilon * share.rate + share.load;
-            let shrinks = taken(sizing, share) - fixed + terminal;
+            let fixed = sizing.epsilon * share.rate + share.load + share.rest;
+            let shrinks = taken(sizing, &ends, share) - fixed + terminal;
             if shrinks > 0.0 {
                 fits = fits.min((room - fixed) / shrinks * (1.0 - 1e-10));
             }

@@ -9,7 +9,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::gains::SubsystemGains;
 use crate::network::Subsystem;
 use crate::optim::rounding::sum_upper;
-use crate::sets::{ReferenceShare, floor_support, import_gain, least_offsets};
+use crate::sets::{CAP_MARGIN, ReferenceShare, floor_support, import_gain, least_offsets};
 
 /// Upper bounds of the support of E_i in the rows of X_i, and of U_i through K_i with the measurement error.
 pub struct Tightening {
@@ -97,6 +97,11 @@ impl Inclusions<'_> {
         self.references(sized);
         for (k, output) in self.context.network.subsystems[self.i].outputs.iter().enumerate() {
             self.record("(31)", format!("Y of {}", output.name), sized.Y.max[k] - sized.Y.min[k]);
+            let cap = self.context.sets.subsystems[self.i].scales.y_cap[k] * (1.0 + CAP_MARGIN);
+            let farthest = sized.Y.max[k].max(-sized.Y.min[k]);
+            if farthest > cap {
+                self.record("(31)", format!("Y of {} within {cap:e}", output.name), cap - farthest);
+            }
         }
     }
 
@@ -185,14 +190,20 @@ pub fn size_of_z(s: &Subsystem, g: &SubsystemGains) -> DMatrix<f64> {
 }
 
 /// Upper bound of a row on the references: support of the steady states over the product of Y_j, plus Delta^chi, plus loads.
-pub fn taken(sizing: &Sizing, share: &ReferenceShare) -> f64 {
-    let ends = sizing.subsystems.iter().flat_map(|s| s.Y.max.iter().zip(s.Y.min.iter()));
+/// `ends` as of [`ends`].
+pub fn taken(sizing: &Sizing, ends: &[(f64, f64)], share: &ReferenceShare) -> f64 {
     let mut parts = vec![sizing.epsilon * share.rate];
-    parts.extend((share.load > 0.0).then_some(share.load));
-    for (gain, (max, min)) in share.steady.iter().zip(ends) {
+    parts.extend([share.load, share.rest].into_iter().filter(|part| *part > 0.0));
+    for &(y, gain) in &share.steady {
+        let (max, min) = ends[y];
         parts.push((gain * max).max(gain * min) + share.steady_error * max.max(-min));
     }
     sum_upper(parts)
+}
+
+/// (max, min) of Y_i by entry of the collective y.
+pub fn ends(sizing: &Sizing) -> Vec<(f64, f64)> {
+    sizing.subsystems.iter().flat_map(|s| s.Y.max.iter().copied().zip(s.Y.min.iter().copied())).collect()
 }
 
 fn lost(context: &Context, slack: &Slack) -> Diagnostic {

@@ -1,0 +1,129 @@
+//! The reference system's steady states and Delta^chi, (9)-(13), in the rows of X_i and U_i: by collective matrices, or where a
+//! network is large by sparse rows.
+
+mod dense;
+mod sparse;
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector};
+
+pub use dense::steady_error;
+
+use super::{Sums, floor, loads};
+use crate::diagnostic::{Diagnostic, Diagnostics, code};
+use crate::gains::{Gains, Proof, SubsystemGains};
+use crate::network::{Network, Subsystem};
+
+/// What the references may take of one row of X_i x U_i, (25b).
+#[derive(Debug, Clone)]
+pub struct ReferenceShare {
+    /// Support of Delta_i^chi in the row's direction, per unit of epsilon.
+    pub rate: f64,
+    /// The row on the steady state of (9): coefficients by entry of the collective y; those that are not listed are small, and
+    /// charged by `rest`.
+    pub steady: Vec<(usize, f64)>,
+    /// Bound of the rounding error of each entry of `steady`.
+    pub steady_error: f64,
+    /// What the entries of the collective y that `steady` does not list take as long as none is larger than
+    /// [`super::Scales::y_cap`].
+    pub rest: f64,
+    /// Bound of the row on the transient of a start that drifts by the floor in every state of the network.
+    pub drift: f64,
+    /// Upper bound of the loads' share in the row; see [`loads`].
+    pub load: f64,
+}
+
+/// Shares in the rows of X_i on xref, and of U_i on uref = calK chi.
+pub type Shares = (Vec<ReferenceShare>, Vec<ReferenceShare>);
+
+pub enum References {
+    Dense(Box<dense::References>),
+    Sparse(Box<sparse::References>),
+}
+
+impl References {
+    /// `y_caps` as in [`super::Scales::y_cap`], one after the other.
+    pub fn new(network: &Network, gains: &Gains, y_caps: impl FnOnce() -> DVector<f64>) -> Result<Self, Diagnostics> {
+        let references = match &gains.proof {
+            Proof::Norm(contraction) => {
+                dense::References::new(network, gains, contraction).map(|dense| Self::Dense(Box::new(dense)))
+            }
+            Proof::Responses(responses) => {
+                let sparse = sparse::References::new(network, gains, responses, y_caps());
+                sparse.map(|sparse| Self::Sparse(Box::new(sparse)))
+            }
+        };
+        references.ok_or_else(|| no_steady_state(network).into())
+    }
+
+    pub fn shares(&self, network: &Network, gains: &Gains, sums: Sums) -> Vec<Shares> {
+        match self {
+            Self::Dense(dense) => dense.shares(network, gains, sums),
+            Self::Sparse(sparse) => sparse.shares(network, gains, sums),
+        }
+    }
+
+    /// Per coupling constraint and member: support of Delta_j^chi in the member's row, per unit of epsilon.
+    pub fn coupling(&self, network: &Network) -> Vec<BTreeMap<usize, f64>> {
+        match self {
+            Self::Dense(dense) => dense.coupling(network),
+            Self::Sparse(sparse) => sparse.coupling(network),
+        }
+    }
+
+    /// Per coupling constraint: what transients of the loads take of it.
+    pub fn coupling_loads(&self, network: &Network) -> Vec<f64> {
+        match self {
+            Self::Dense(dense) => dense.coupling_loads(network),
+            Self::Sparse(sparse) => sparse.coupling_loads(network),
+        }
+    }
+}
+
+/// The rows of X_i and of U_i over chi_i.
+fn rows(s: &Subsystem, g: &SubsystemGains) -> Vec<DVector<f64>> {
+    let size = s.n() + s.p();
+    let rows = |rows: DMatrix<f64>| -> Vec<_> { rows.row_iter().map(|row| row.transpose()).collect() };
+    [rows(s.X.H.clone().resize_horizontally(size, 0.0)), rows(&s.U.H * g.calK())].concat()
+}
+
+/// The rows that are different but for their sign, and for each of `rows` which it is, with its sign.
+fn different(rows: &[DVector<f64>]) -> (Vec<DVector<f64>>, Vec<(usize, f64)>) {
+    let mut different: Vec<DVector<f64>> = Vec::new();
+    let mut of = Vec::new();
+    for row in rows {
+        let opposite = -row;
+        let known = different.iter().position(|known| known == row || *known == opposite);
+        let k = known.unwrap_or(different.len());
+        if known.is_none() {
+            different.push(row.clone());
+        }
+        of.push((k, if different[k] == *row { 1.0 } else { -1.0 }));
+    }
+    (different, of)
+}
+
+/// The floor of every state of the network, in the places of the collective chi.
+fn collective_floor(network: &Network, gains: &Gains) -> DVector<f64> {
+    let mut whole = DVector::zeros(gains.calF.nrows());
+    for (s, &start) in network.subsystems.iter().zip(&gains.chi_offset) {
+        whole.rows_mut(start, s.n()).copy_from(&floor(s));
+    }
+    whole
+}
+
+fn no_steady_state(network: &Network) -> Diagnostic {
+    let mut error = Diagnostic::error(
+        code::STEADY_STATE,
+        "the steady states of the references cannot be computed to working accuracy",
+    );
+    for s in &network.subsystems {
+        error = error.at(s.places.header.clone(), "one of the subsystems");
+    }
+    error
+        .note(
+            "I - calF is singular in double precision although calF is stable: some closed-loop mode is extremely slow",
+        )
+        .help("choose faster gains (a larger Qe in `reference-weights`) or a longer sample time")
+}
