@@ -7,6 +7,7 @@ use crate::problems::Problems;
 use crate::sets::Sets;
 use crate::sizing::Sizing;
 use crate::spec::Spec;
+use crate::start::StartPlan;
 use crate::tuning::{Effort, Tuning, Watch};
 
 /// Everything the compiler knows about one network, stage by stage. Nothing in it changes after it is made.
@@ -20,6 +21,8 @@ pub struct Design {
     pub problems: Problems,
     /// What a search for gains has brought; `None` without one.
     pub tuning: Option<Tuning>,
+    /// From the start that the file states; `None` without one.
+    pub start: Option<StartPlan>,
 }
 
 impl Design {
@@ -74,6 +77,15 @@ impl Design {
         watch.stage("Sizing");
         let problems = Problems::new(&network, &gains, &sizing)?;
         watch.stage("Problems");
-        Ok(Self { network, gains, sets, sizing, problems, tuning: None })
+        let design = Self { network, gains, sets, sizing, problems, tuning: None, start: None };
+        let planned = design.network.start.as_ref().map(|start| {
+            let planned = design.plan_from(start);
+            planned.map_err(|refusal| Diagnostics::from(refusal.diagnostic(&design.network, start)))
+        });
+        let start = planned.transpose()?;
+        if start.is_some() {
+            watch.stage("Start");
+        }
+        Ok(Self { start, ..design })
     }
 }

@@ -58,5 +58,6 @@ pub mod problems;
 pub mod sets;
 pub mod sizing;
 pub mod spec;
+pub mod start;
 pub mod summary;
 pub mod tuning;

@@ -84,7 +84,7 @@ impl Problems {
     pub fn new(network: &Network, gains: &Gains, sizing: &Sizing) -> Result<Self, Diagnostics> {
         let mut subsystems = Vec::new();
         for (i, s) in network.subsystems.iter().enumerate() {
-            let dpc = DpcProblem::new(s, &gains.subsystems[i], &sizing.subsystems[i], network.horizon)?;
+            let dpc = DpcProblem::new(s, &gains.subsystems[i], &sizing.subsystems[i], network)?;
             let reference = ReferenceProblem::new(network, i, &sizing.subsystems[i])?;
             subsystems.push(SubsystemProblems { dpc, reference });
         }
@@ -93,10 +93,11 @@ impl Problems {
 }
 
 impl DpcProblem {
-    fn new(s: &Subsystem, g: &SubsystemGains, sized: &SubsystemSizing, N: usize) -> Result<Self, Diagnostic> {
+    fn new(s: &Subsystem, g: &SubsystemGains, sized: &SubsystemSizing, network: &Network) -> Result<Self, Diagnostic> {
+        let N = network.horizon;
         let condensed = Condensed::new(s, g, sized, N);
         let facets_before = condensed.facets();
-        let condensed = prune::prune(condensed, s, sized, N);
+        let condensed = prune::prune(condensed, s, sized, N, network.start_anywhere);
         let facets_after = condensed.facets();
         let T = inverse_factor(&condensed.H).ok_or_else(|| indefinite(s))?;
         let mut problem = Self {

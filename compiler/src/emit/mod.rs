@@ -12,10 +12,12 @@
 //! | `tables` | printing of values, one matrix row per line |
 //! | `names` | identifiers and comments out of the user's names |
 //! | `network` | the list of the modules, and who talks to whom |
+//! | `fingerprint` | what a start-up plan recognises its tables by |
 //! | `disk` | writing all files or none |
 
 mod code;
 mod disk;
+mod fingerprint;
 mod monitors;
 mod names;
 mod network;
@@ -27,6 +29,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 pub use disk::write_all;
+pub use fingerprint::fingerprint;
 
 use nalgebra::DMatrix;
 

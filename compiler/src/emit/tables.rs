@@ -15,6 +15,8 @@ pub enum Value {
     Count(usize),
     Flag(bool),
     Text(String),
+    /// The name of another item.
+    Path(&'static str),
     /// An array on one line.
     Row(Vec<f64>),
     /// One row per line, each with what it means.
@@ -60,7 +62,7 @@ impl Value {
     /// Bytes that the value takes on a machine of 64 bits.
     pub fn bytes(&self) -> usize {
         match self {
-            Value::Number(_) | Value::Count(_) => 8,
+            Value::Number(_) | Value::Count(_) | Value::Path(_) => 8,
             Value::Flag(_) => 1,
             Value::Text(text) => 16 + text.len(),
             Value::Row(row) => 8 * row.len(),
@@ -106,6 +108,7 @@ fn write_value(text: &mut String, value: &Value, depth: usize) {
         Value::Count(count) => text.push_str(&count.to_string()),
         Value::Flag(flag) => text.push_str(&flag.to_string()),
         Value::Text(string) => text.push_str(&format!("{string:?}")),
+        Value::Path(name) => text.push_str(name),
         Value::Row(row) => text.push_str(&numbers(row)),
         Value::Matrix(rows) => write_lines(text, depth, rows, |text, row| text.push_str(&numbers(row))),
         Value::List(items) => write_lines(text, depth, items, |text, item| write_value(text, item, depth + 1)),

@@ -6,6 +6,7 @@ pub mod lmi;
 pub mod lp;
 pub mod lyapunov;
 pub mod modes;
+pub mod quadratic;
 pub mod riccati;
 pub mod rounding;
 pub mod semidefinite;
