@@ -2,7 +2,7 @@
 
 use crate::diagnostic::{Diagnostics, Source};
 use crate::gains::{Gains, Settled};
-use crate::network::Network;
+use crate::network::{Network, Start};
 use crate::problems::Problems;
 use crate::sets::Sets;
 use crate::sizing::Sizing;
@@ -48,10 +48,31 @@ impl Design {
     /// # Errors
     /// As [`Design::new`].
     pub fn watched(source: Source, effort: Option<Effort>, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
-        let spec = Spec::parse(&source)?;
-        watch.stage("Spec");
-        let network = Network::new(&spec, source)?;
-        watch.stage("Network");
+        let network = read(source, watch)?;
+        Self::of_network(network, effort, watch)
+    }
+
+    /// [`Design::watched`] as with `start-anywhere = true` in the file, and without a plan for the start that it states: for
+    /// [`Design::started`].
+    ///
+    /// # Errors
+    /// As [`Design::new`].
+    pub fn anywhere(source: Source, effort: Option<Effort>, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
+        let network = read(source, watch)?;
+        Self::of_network(Network { start_anywhere: true, start: None, ..network }, effort, watch)
+    }
+
+    /// The same design with a plan for the start that the file of starts `source` states.
+    ///
+    /// # Errors
+    /// The mistakes in that file, into whose text they point; E0504 where no plan leads from there.
+    pub fn started(self, source: &Source) -> Result<Self, Diagnostics> {
+        let start = Start::of_starts(source, &self.network)?;
+        let plan = self.plan_from(&start).map_err(|refusal| refusal.diagnostic(&self.network, &start))?;
+        Ok(Self { start: Some(plan), ..self })
+    }
+
+    fn of_network(network: Network, effort: Option<Effort>, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
         let effort = effort.unwrap_or(network.effort);
         let settled = Settled::new(network.clone());
         watch.stage("Gains, Sets");
@@ -88,4 +109,12 @@ impl Design {
         }
         Ok(Self { start, ..design })
     }
+}
+
+fn read(source: Source, watch: &mut dyn Watch) -> Result<Network, Diagnostics> {
+    let spec = Spec::parse(&source)?;
+    watch.stage("Spec");
+    let network = Network::new(&spec, source)?;
+    watch.stage("Network");
+    Ok(network)
 }

@@ -65,7 +65,7 @@ use nalgebra::DVector;
 use crate::design::Design;
 use crate::network::{Network, Start};
 use limits::Limits;
-use program::{Found, Program};
+use program::{Found, Goal, Latitude, Program};
 pub use refusal::{Nearest, NoPlan};
 
 /// Windows have at most this many steps, and fewer where the network is so large that a program would have more than
@@ -122,38 +122,53 @@ impl Design {
     pub fn plan_from(&self, start: &Start) -> Result<StartPlan, NoPlan> {
         refusal::check(&self.network, start)?;
         let limits = Limits::new(self, start);
-        let mut failed = None;
-        for steps in windows(&self.network) {
-            match self.plan_over(&limits, start, steps) {
-                Attempt::Plan(plan) => return Ok(plan),
-                Attempt::None => {}
-                Attempt::Failed(why) => failed = Some(why),
-            }
-        }
-        Err(NoPlan::NoneFound { nearest: self.nearest(&limits, start).map(Box::new), failed })
+        self.best_plan(&limits, start)
+            .or_else(|failed| Err(NoPlan::NoneFound { nearest: self.nearest(&limits, start).map(Box::new), failed }))
     }
 
-    fn plan_over(&self, limits: &Limits, start: &Start, steps: usize) -> Attempt {
-        match Program::new(self, limits, start, steps, program::Goal::Plan).solve() {
-            Found::Draft(draft) => match realise::realise(self, limits, start, draft) {
-                Some(plan) => Attempt::Plan(plan),
-                None => Attempt::Failed(format!("a plan of {steps} steps did not survive rounding")),
-            },
-            Found::Nothing => Attempt::None,
-            Found::Failed(why) => Attempt::Failed(why),
+    /// The shortest plan that leaves half of E_i at the start; where there is none, the shortest with xhat on the reference; else the
+    /// shortest. Why
+    /// nothing was found where the solver could not tell.
+    fn best_plan(&self, limits: &Limits, start: &Start) -> Result<StartPlan, Option<String>> {
+        let mut failed = None;
+        for latitude in [Latitude::HalfTube, Latitude::InTube, Latitude::Free] {
+            for steps in windows(&self.network) {
+                match self.plan_over(limits, start, steps, latitude) {
+                    Attempt::Plan(plan) => return Ok(plan),
+                    Attempt::Failed(why) if latitude == Latitude::Free => failed = Some(why),
+                    Attempt::None | Attempt::Failed(_) => {}
+                }
+            }
         }
+        Err(failed)
+    }
+
+    fn plan_over(&self, limits: &Limits, start: &Start, steps: usize, latitude: Latitude) -> Attempt {
+        let solved = |goal: Goal| Program::new(self, limits, start, steps, goal).solve();
+        let realised = |draft| realise::realise(self, limits, start, draft);
+        let safest = match solved(Goal::Margin(latitude)) {
+            Found::Draft(draft) => draft,
+            Found::Nothing => return Attempt::None,
+            Found::Failed(why) => return Attempt::Failed(why),
+        };
+        let quietest = match solved(Goal::Plan(latitude)) {
+            Found::Draft(draft) => realised(draft),
+            Found::Nothing | Found::Failed(_) => None,
+        };
+        let plan = quietest.or_else(|| realised(safest));
+        plan.map_or_else(|| Attempt::Failed(format!("a plan of {steps} steps did not survive rounding")), Attempt::Plan)
     }
 
     /// The start nearest to `start` that has a plan, over the longest window.
     fn nearest(&self, limits: &Limits, start: &Start) -> Option<Nearest> {
         let steps = windows(&self.network).last()?;
-        let program = Program::new(self, limits, start, steps, program::Goal::Nearest);
+        let program = Program::new(self, limits, start, steps, Goal::Nearest);
         let found = program.nearest()?;
         // Starts with a plan are convex around 0: a step inwards makes good what the solver's tolerance lacks.
         let inwards = [0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3].into_iter();
         let x0 = inwards.map(|share| found.x0.iter().map(|x| x * (1.0 - share)).collect::<Vec<_>>()).find(|x0| {
             let start = Start { x0: x0.clone(), ..start.clone() };
-            windows(&self.network).any(|steps| matches!(self.plan_over(limits, &start, steps), Attempt::Plan(_)))
+            matches!(self.plan_over(limits, &start, steps, Latitude::Free), Attempt::Plan(_))
         })?;
         let ranges = limits.subsystems.iter().map(|own| own.range.clone()).collect();
         Some(Nearest { x0, ranges, bound: found.bound, rows: found.rows })

@@ -129,7 +129,9 @@ impl fmt::Display for StartError {
             Self::StateDoesNotFit { row } => {
                 write!(f, "the measured state does not fit the start-up plan (row {row} of the first problem)")
             }
-            Self::Undecided => f.write_str("the iteration budget was used up before the measured state was seen to fit"),
+            Self::Undecided => {
+                f.write_str("the iteration budget was used up before the measured state was seen to fit")
+            }
         }
     }
 }

@@ -32,7 +32,7 @@ impl Fnv {
             Value::List(items) => items.iter().for_each(|(item, _)| self.value(item)),
             Value::Tuple(items) => items.iter().for_each(|item| self.value(item)),
             Value::Struct(_, fields) => fields.iter().for_each(|field| self.value(&field.value)),
-            Value::Count(_) | Value::Flag(_) | Value::Text(_) | Value::Path(_) => {}
+            Value::Count(_) | Value::Word(_) | Value::Flag(_) | Value::Text(_) | Value::Path(_) => {}
         }
     }
 }

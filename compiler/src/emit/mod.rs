@@ -9,6 +9,7 @@
 //! | `code` | the first half of a file: constants, types, links (`quote`, `prettyplease`) |
 //! | `parts` | the second half: the runtime's tables as values |
 //! | `monitors` | the sets that hold at every step, and the steady states |
+//! | `starts` | the start-up plan, where there is one |
 //! | `tables` | printing of values, one matrix row per line |
 //! | `names` | identifiers and comments out of the user's names |
 //! | `network` | the list of the modules, and who talks to whom |
@@ -23,6 +24,7 @@ mod names;
 mod network;
 mod node;
 mod parts;
+mod starts;
 mod tables;
 
 use std::io;
@@ -92,6 +94,7 @@ fn subsystem_file(node: &Node, modules: &[String], tables: &Value, steady: &Stea
     let mut sections = vec![code::header(node.design, &what), code::text(node, modules)];
     sections.push(item(doc, "TABLES", "Parts", tables));
     sections.extend(monitors::items(node, steady));
+    sections.extend(starts::items(node));
     sections.join("\n")
 }
 

@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::shape::vector;
 use super::words::{names, number};
 use super::{Network, Subsystem};
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, code};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, Source, code};
 use crate::spec::{At, Row, Spec, StartOf, did_you_mean};
 
 /// A state of the network, and its loads at that time.
@@ -18,6 +18,8 @@ pub struct Start {
     pub d0: Vec<DVector<f64>>,
     /// Per subsystem, where it is stated.
     pub places: StartPlaces,
+    /// The file of starts it was read from; `None` where it is the file of the network.
+    pub file: Option<String>,
 }
 
 /// The places of `x0`, per subsystem: in the text that the start was read from.
@@ -31,7 +33,7 @@ impl Start {
     pub fn at(x0: Vec<DVector<f64>>, network: &Network) -> Self {
         let d0 = network.subsystems.iter().map(|s| DVector::zeros(s.loads.len())).collect();
         let places = vec![None; x0.len()];
-        Self { x0, d0, places }
+        Self { x0, d0, places, file: None }
     }
 
     /// What the file of the network says; `None` where no subsystem has an `x0` or `d0`.
@@ -43,20 +45,22 @@ impl Start {
         Self::resolve(&stated, subsystems, Diagnostics::default()).map(Some)
     }
 
-    /// What a file of starts says; its text is the one that mistakes point into.
+    /// What a file of starts says; mistakes point into its text.
     ///
     /// # Errors
-    /// E0112 a subsystem that is not there, E0110 a wrong length, E0129 a start outside of X or of the loads' bounds.
-    pub fn of_starts(starts: &[StartOf], network: &Network) -> Result<Self, Diagnostics> {
+    /// As [`StartOf::parse`]; E0112 a subsystem that is not there, E0110 a wrong length, E0129 a start outside of X or of the loads' bounds.
+    pub fn of_starts(source: &Source, network: &Network) -> Result<Self, Diagnostics> {
+        let starts = StartOf::parse(source)?;
         let mut errors = Diagnostics::default();
         let mut stated: Vec<Stated> = vec![(None, None); network.subsystems.len()];
-        for start in starts {
+        for start in &starts {
             match network.subsystems.iter().position(|s| s.name == start.subsystem.value) {
                 Some(i) => stated[i] = (start.x0.as_ref(), start.d0.as_ref()),
                 None => errors.push(unknown(&start.subsystem, network)),
             }
         }
-        Self::resolve(&stated, &network.subsystems, errors)
+        let start = Self::resolve(&stated, &network.subsystems, errors)?;
+        Ok(Self { file: Some(source.path.clone()), ..start })
     }
 
     fn resolve(stated: &[Stated], subsystems: &[Subsystem], mut errors: Diagnostics) -> Result<Self, Diagnostics> {
@@ -67,7 +71,7 @@ impl Start {
             places.push(state.or(*loads).map(|row| row.place.clone()));
         }
         let all = x0.into_iter().collect::<Option<_>>().zip(d0.into_iter().collect());
-        errors.finish(all.map(|(x0, d0)| Self { x0, d0, places }))
+        errors.finish(all.map(|(x0, d0)| Self { x0, d0, places, file: None }))
     }
 }
 

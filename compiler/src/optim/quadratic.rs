@@ -66,10 +66,8 @@ impl QuadraticProgram {
         let p = CscMatrix::new_from_triplets(n, n, places.clone(), places, weights);
         let mut rows = Rows::default();
         self.zeros.iter().chain(&self.inequalities).for_each(|form| rows.push(&self.of_size_one(form)));
-        let cones = [
-            SupportedConeT::ZeroConeT(self.zeros.len()),
-            SupportedConeT::NonnegativeConeT(self.inequalities.len()),
-        ];
+        let cones =
+            [SupportedConeT::ZeroConeT(self.zeros.len()), SupportedConeT::NonnegativeConeT(self.inequalities.len())];
         let a = CscMatrix::new_from_triplets(rows.b.len(), n, rows.rows, rows.columns, rows.values);
         let settings = DefaultSettings {
             verbose: false,

@@ -15,10 +15,23 @@ use crate::optim::quadratic::{Answer, Point, QuadraticProgram};
 /// What to look for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Goal {
-    /// A plan that starts on its reference where it can, and moves little.
-    Plan,
+    /// A plan that moves little and leaves the reference as little as it can.
+    Plan(Latitude),
+    /// The plan that keeps the largest margin in all rows, which may be negative: then there is none.
+    Margin(Latitude),
     /// The start nearest to the stated one, in the largest move of a state relative to its range.
     Nearest,
+}
+
+/// How far the start may be off the plan's reference.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Latitude {
+    /// 2 (x_0 - xref_0) in E_i: half of it is left for what is measured then.
+    HalfTube,
+    /// x_0 - xref_0 in E_i: xhat is the reference.
+    InTube,
+    /// As the first i-DPC problem admits.
+    Free,
 }
 
 /// What the solver suggests for one subsystem, in coordinates around the rest under the loads of the start.
@@ -80,14 +93,20 @@ pub struct Program<'a> {
     goal: Goal,
     program: QuadraticProgram,
     variables: Vec<Variables>,
+    /// The margin that [`Goal::Margin`] maximises, relative to the bounds the rows come from.
+    margin: Option<usize>,
     /// Per inequality: subsystem and reason.
     reasons: Vec<(usize, Reason)>,
 }
 
 /// How much more starting off the reference, and deviating from it, costs than moving.
-const OFF: f64 = 1e3;
+const OFF: f64 = 1e2;
 /// The linear program's margins, relative to those of the plan that is made from its solution.
 const NEAREST_MARGIN: f64 = 10.0;
+/// Margins larger than this are not asked for.
+const AMPLE: f64 = 0.01;
+/// Weight of a reference's state beside that of its input.
+const STATE: f64 = 0.01;
 /// Weight of the sum of all moves beside the largest.
 const ALL_MOVES: f64 = 1e-3;
 /// Rows worth less than this share of the weightiest are not named.
@@ -100,23 +119,31 @@ impl<'a> Program<'a> {
         let N = design.network.horizon;
         let subsystems = design.network.subsystems.iter().zip(&limits.subsystems);
         let variables = subsystems.map(|(s, own)| Variables::new(s, own, N, steps, goal, &mut program)).collect();
-        let mut whole = Self { design, limits, start, steps, goal, program, variables, reasons: Vec::new() };
+        let margin = matches!(goal, Goal::Margin(_)).then(|| program.variable(1.0, 0.0));
+        let mut whole = Self { design, limits, start, steps, goal, program, variables, margin, reasons: Vec::new() };
         for i in 0..limits.subsystems.len() {
             whole.start(i);
             whole.motion(i);
             whole.rest(i);
             whole.first_problem(i);
             whole.references(i);
+            whole.latitude(i);
         }
         whole.coupling();
-        if goal == Goal::Nearest {
-            whole.distance();
+        match (goal, margin) {
+            (Goal::Nearest, _) => whole.distance(),
+            (_, Some(margin)) => {
+                whole.program.linear.push((margin, -1.0));
+                whole.measure(0, vec![(margin, -1.0)], AMPLE);
+            }
+            _ => {}
         }
         whole
     }
 
     pub fn solve(&self) -> Found {
         match self.program.solve() {
+            Answer::Point(point) if self.margin.is_some_and(|margin| point.x[margin] < MARGIN) => Found::Nothing,
             Answer::Point(point) => Found::Draft(self.variables.iter().map(|v| v.part(&point.x)).collect()),
             Answer::Infeasible => Found::Nothing,
             Answer::Failed(why) => Found::Failed(why),
@@ -158,7 +185,7 @@ impl<'a> Program<'a> {
             let mut terms: Vec<_> = parts.iter().map(|part| (*part, 1.0)).collect();
             let mut constant = 0.0;
             match self.goal {
-                Goal::Plan => constant = -wanted[k],
+                Goal::Plan(_) | Goal::Margin(_) => constant = -wanted[k],
                 Goal::Nearest => terms.push((v.x0.start + k, -1.0)),
             }
             self.program.zero(terms, constant);
@@ -228,7 +255,8 @@ impl<'a> Program<'a> {
         let sized = &self.design.sizing.subsystems[i];
         for r in 0..own.tube.len() {
             let terms = row(&sized.E.P, r, &self.variables[i].off).collect();
-            self.between(i, terms, own.tube[r], Reason::Tube);
+            let half = matches!(self.goal, Goal::Plan(Latitude::HalfTube) | Goal::Margin(Latitude::HalfTube));
+            self.between(i, terms, own.tube[r] * if half { 0.5 } else { 1.0 }, Reason::Tube);
         }
         for t in 0..self.variables[i].du.len() {
             let v = &self.variables[i];
@@ -257,6 +285,17 @@ impl<'a> Program<'a> {
         }
     }
 
+    /// No deviations dx, du, where xhat is to be the reference.
+    fn latitude(&mut self, i: usize) {
+        let (Goal::Plan(latitude) | Goal::Margin(latitude)) = self.goal else { return };
+        let v = &self.variables[i];
+        let deviations = v.dx[0].clone().chain(v.du.iter().cloned().flatten());
+        let deviations = deviations.filter(|_| latitude < Latitude::Free);
+        for variable in deviations {
+            self.program.zeros.push(Form::new([(variable, 1.0)], 0.0));
+        }
+    }
+
     /// The margins of (25b) from N to T - 1.
     fn references(&mut self, i: usize) {
         let (s, own) = self.own(i);
@@ -279,7 +318,13 @@ impl<'a> Program<'a> {
         for (h, c) in network.coupling_constraints.iter().enumerate() {
             for t in 0..=self.steps {
                 let [first, later, end] = self.limits.coupling[h];
-                let limit = if t == self.steps { end } else if t < N { first } else { later };
+                let limit = if t == self.steps {
+                    end
+                } else if t < N {
+                    first
+                } else {
+                    later
+                };
                 let mut terms = Vec::new();
                 for (&j, H) in &c.H {
                     let on_x = network.subsystems[j].C.tr_mul(H);
@@ -327,14 +372,19 @@ impl<'a> Program<'a> {
             return;
         }
         let kept = if self.goal == Goal::Nearest { NEAREST_MARGIN * margin.abs() } else { margin.abs() };
-        self.program.inequalities.push(Form::new(negated(terms), limit - kept));
+        let mut form = Form::new(negated(terms), limit - kept);
+        if let Some(variable) = self.margin {
+            form.terms.push((variable, -margin.abs() / MARGIN));
+            form.constant = limit;
+        }
+        self.program.inequalities.push(form);
         self.reasons.push((i, reason));
     }
 }
 
 impl Variables {
     fn new(s: &Subsystem, own: &Own, N: usize, steps: usize, goal: Goal, program: &mut QuadraticProgram) -> Self {
-        let weighted = |weight: f64| if goal == Goal::Plan { weight } else { 0.0 };
+        let weighted = |weight: f64| if matches!(goal, Goal::Plan(_)) { weight } else { 0.0 };
         let mut take = |units: &DVector<f64>, square: f64| {
             let first = program.units.len();
             for unit in units.iter() {
@@ -342,10 +392,9 @@ impl Variables {
             }
             first..first + units.len()
         };
-        let per_step = 1.0 / steps as f64;
         Self {
-            x: (0..=steps).map(|_| take(&own.x_unit, 0.01 * per_step)).collect(),
-            u: (0..=steps).map(|_| take(&own.u_unit, per_step)).collect(),
+            x: (0..=steps).map(|_| take(&own.x_unit, STATE)).collect(),
+            u: (0..=steps).map(|_| take(&own.u_unit, 1.0)).collect(),
             e: take(&own.e_unit, 0.0),
             off: take(&own.off_unit, OFF),
             dx: (0..=N).map(|_| take(&own.dx_unit, OFF)).collect(),
@@ -408,7 +457,11 @@ fn taken(point: &[f64], range: &Range<usize>) -> DVector<f64> {
     DVector::from_column_slice(&point[range.clone()])
 }
 
-fn row<'m>(matrix: &'m DMatrix<f64>, r: usize, variables: &Range<usize>) -> impl Iterator<Item = (usize, f64)> + use<'m> {
+fn row<'m>(
+    matrix: &'m DMatrix<f64>,
+    r: usize,
+    variables: &Range<usize>,
+) -> impl Iterator<Item = (usize, f64)> + use<'m> {
     let variables = variables.clone();
     (0..matrix.ncols()).map(move |c| (variables.start + c, matrix[(r, c)])).filter(|(_, a)| *a != 0.0)
 }

@@ -18,12 +18,13 @@ const DIGITS: usize = 12;
 const NOTHING: f64 = 1e-5;
 /// How often what is left of the rest at T is solved for again: each time leaves a millionth of it.
 const PASSES: usize = 4;
-/// Weight of what is left of the rest, against moves of natural size.
-const REST: f64 = 1e8;
 
 /// The plan, or `None` where it does not keep its margins or does not come to rest.
 pub fn realise(design: &Design, limits: &Limits, start: &Start, mut draft: Vec<Part>) -> Option<StartPlan> {
-    draft.iter_mut().zip(&limits.subsystems).for_each(|(part, own)| part.leave_out_nothing(&own.off_unit, &own.dx_unit));
+    draft
+        .iter_mut()
+        .zip(&limits.subsystems)
+        .for_each(|(part, own)| part.leave_out_nothing(&own.off_unit, &own.dx_unit));
     for (part, own) in draft.iter_mut().zip(&limits.subsystems) {
         part.x.iter_mut().for_each(|x| *x += &own.x);
         part.u.iter_mut().for_each(|u| *u += &own.u);
@@ -155,7 +156,6 @@ fn correct(design: &Design, limits: &Limits, run: &Run, draft: &mut [Part]) -> O
         u.push(limits.subsystems.iter().map(|own| take(&own.u_unit, 1.0, &mut program)).collect());
     }
     let e: Vec<_> = limits.subsystems.iter().map(|own| take(&own.e_unit, 0.0, &mut program)).collect();
-    let rest: Vec<_> = limits.subsystems.iter().map(|own| take(&own.x_unit, REST, &mut program)).collect();
     for (i, s) in network.subsystems.iter().enumerate() {
         let g = &design.gains.subsystems[i];
         for k in 0..s.n() {
@@ -170,12 +170,7 @@ fn correct(design: &Design, limits: &Limits, run: &Run, draft: &mut [Part]) -> O
                     terms.extend(x[t][j].iter().zip(on_x.iter()).map(|(place, a)| (*place, *a)));
                     terms.extend(u[t][j].iter().zip(on_u.iter()).map(|(place, b)| (*place, *b)));
                 }
-                let left = if t < steps {
-                    0.0
-                } else {
-                    terms.push((rest[i][k], 1.0));
-                    run.left[i][k] / size
-                };
+                let left = if t < steps { 0.0 } else { run.left[i][k] / size };
                 terms.retain(|(_, a)| *a != 0.0);
                 program.zero(terms, left);
             }

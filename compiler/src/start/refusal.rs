@@ -134,10 +134,19 @@ fn labelled(mut error: Diagnostic, network: &Network, start: &Start, words: impl
 impl fmt::Display for NoPlan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::WrongShape { subsystem } => write!(f, "the start does not fit the states and loads of subsystem {subsystem}"),
-            Self::Outside { subsystem } => write!(f, "the start of subsystem {subsystem} lies outside of X or of the loads' bounds"),
+            Self::WrongShape { subsystem } => {
+                write!(f, "the start does not fit the states and loads of subsystem {subsystem}")
+            }
+            Self::Outside { subsystem } => {
+                write!(f, "the start of subsystem {subsystem} lies outside of X or of the loads' bounds")
+            }
             Self::NoneFound { nearest: Some(nearest), .. } => {
-                write!(f, "no plan of up to {LONGEST} steps; the nearest start with one is {:?}, stopped by {}", nearest.x0, nearest.rows.join(", "))
+                write!(
+                    f,
+                    "no plan of up to {LONGEST} steps; the nearest start with one is {:?}, stopped by {}",
+                    nearest.x0,
+                    nearest.rows.join(", ")
+                )
             }
             Self::NoneFound { nearest: None, failed: Some(why) } => write!(f, "no plan was found: {why}"),
             Self::NoneFound { nearest: None, failed: None } => write!(f, "no plan of up to {LONGEST} steps"),

@@ -28,7 +28,13 @@ impl Margins {
         for ((value, limit), scale) in values.iter().zip(limits).zip(scales) {
             let left = (limit - value) / scale.abs().max(f64::MIN_POSITIVE);
             // NaN counts as nothing left.
-            self.least = if left >= self.least { self.least } else if left.is_nan() { f64::NEG_INFINITY } else { left };
+            self.least = if left >= self.least {
+                self.least
+            } else if left.is_nan() {
+                f64::NEG_INFINITY
+            } else {
+                left
+            };
         }
     }
 
@@ -76,7 +82,13 @@ impl Margins {
         let (N, subsystems) = (design.network.horizon, &design.network.subsystems);
         for (c, [first, later, end]) in design.network.coupling_constraints.iter().zip(&limits.coupling) {
             for t in 0..=plan.steps {
-                let limit = if t == plan.steps { end } else if t < N { first } else { later };
+                let limit = if t == plan.steps {
+                    end
+                } else if t < N {
+                    first
+                } else {
+                    later
+                };
                 let y = |j: usize| &subsystems[j].C * &plan.subsystems[j].x[t];
                 let value: f64 = c.H.iter().map(|(&j, H)| H.dot(&y(j))).sum();
                 let one = |value: f64| DVector::from_element(1, value);
