@@ -25,7 +25,7 @@
 //! that no input reaches: these must have decayed to [`drift`](crate::sizing::SubsystemSizing::drift) at T.)
 //!
 //! The set of starts with a plan is convex, holds all steady states of Y, and grows with T: windows of N, 2 N, 4 N, ... steps are
-//! tried, up to [`LONGEST`].
+//! tried, up to [`LONGEST`], and those between the last two bisected.
 //!
 //! # Who knows what, and when
 //! At step t a node stores its references up to t + N - 1, and forms those of t + N from what its neighbours sent at t - 1. With a
@@ -72,8 +72,14 @@ pub use refusal::{Nearest, NoPlan};
 /// a million unknowns.
 pub const LONGEST: usize = 512;
 
+/// After so many windows in vain the longest is looked at.
+const DOUBTFUL: usize = 3;
+
+/// Bisections of a window: a plan is at most a sixteenth longer than the shortest.
+const BISECTIONS: usize = 4;
+
 /// What every row keeps back, relative to the bound it comes from.
-const MARGIN: f64 = 1e-6;
+const MARGIN: f64 = 1e-7;
 
 /// A start-up plan of the whole network.
 ///
@@ -132,15 +138,46 @@ impl Design {
     fn best_plan(&self, limits: &Limits, start: &Start) -> Result<StartPlan, Option<String>> {
         let mut failed = None;
         for latitude in [Latitude::HalfTube, Latitude::InTube, Latitude::Free] {
-            for steps in windows(&self.network) {
+            let mut too_short = 0;
+            for (tried, steps) in windows(&self.network).enumerate() {
+                if tried == DOUBTFUL && self.is_hopeless(limits, start, latitude) {
+                    break;
+                }
                 match self.plan_over(limits, start, steps, latitude) {
-                    Attempt::Plan(plan) => return Ok(plan),
+                    Attempt::Plan(plan) => return Ok(self.shorter(limits, start, latitude, too_short, plan)),
                     Attempt::Failed(why) if latitude == Latitude::Free => failed = Some(why),
                     Attempt::None | Attempt::Failed(_) => {}
                 }
+                too_short = steps;
             }
         }
         Err(failed)
+    }
+
+    /// Whether the longest window, and with it every other, holds no plan.
+    fn is_hopeless(&self, limits: &Limits, start: &Start, latitude: Latitude) -> bool {
+        let solved = |steps| Program::new(self, limits, start, steps, Goal::Margin(latitude)).solve();
+        windows(&self.network).last().is_some_and(|steps| matches!(solved(steps), Found::Nothing))
+    }
+
+    /// Plans over windows between one that is too short and that of `plan`, as short as a few bisections find.
+    fn shorter(
+        &self,
+        limits: &Limits,
+        start: &Start,
+        latitude: Latitude,
+        too_short: usize,
+        plan: StartPlan,
+    ) -> StartPlan {
+        let (mut low, mut shortest) = (too_short.max(self.network.horizon), plan);
+        for _ in 0..BISECTIONS {
+            let middle = low.midpoint(shortest.steps);
+            match self.plan_over(limits, start, middle, latitude) {
+                Attempt::Plan(plan) => shortest = plan,
+                Attempt::None | Attempt::Failed(_) => low = middle,
+            }
+        }
+        shortest
     }
 
     fn plan_over(&self, limits: &Limits, start: &Start, steps: usize, latitude: Latitude) -> Attempt {

@@ -102,7 +102,7 @@ pub struct Program<'a> {
 /// How much more starting off the reference, and deviating from it, costs than moving.
 const OFF: f64 = 1e2;
 /// The linear program's margins, relative to those of the plan that is made from its solution.
-const NEAREST_MARGIN: f64 = 10.0;
+const NEAREST_MARGIN: f64 = 4.0;
 /// Margins larger than this are not asked for.
 const AMPLE: f64 = 0.01;
 /// Weight of a reference's state beside that of its input.

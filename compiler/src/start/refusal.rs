@@ -33,7 +33,7 @@ pub struct Nearest {
     /// What distances are measured in: the width of each state's range.
     pub ranges: Vec<DVector<f64>>,
     /// Every start with a plan over the longest window has a state that differs by at least this share of its range: the dual
-    /// objective, hence true up to the solver's tolerance and the margins, about 1e-5.
+    /// objective, hence true up to the solver's tolerance and the margins, some 1e-6.
     pub bound: f64,
     /// The rows that stop nearer starts, the weightiest first.
     pub rows: Vec<String>,
