@@ -7,3 +7,5 @@ mod random;
 mod reference;
 mod solver;
 mod step;
+
+use lapack_symbols as _;
