@@ -189,7 +189,11 @@ impl Elastic {
         let settings = DefaultSettings { verbose: false, max_iter: 400, ..DefaultSettings::default() };
         let mut solver = DefaultSolver::new(&CscMatrix::zeros((n, n)), &cost, &a, &b, &cones, settings).ok()?;
         solver.solve();
-        (solver.solution.status == SolverStatus::Solved).then_some(solver.solution.obj_val)
+        let solution = &solver.solution;
+        let close =
+            solution.r_prim.max(solution.r_dual) < 1e-6 && (solution.obj_val - solution.obj_val_dual).abs() < 1e-6;
+        let ended = [SolverStatus::Solved, SolverStatus::AlmostSolved, SolverStatus::InsufficientProgress];
+        (ended.contains(&solution.status) && close).then_some(solution.obj_val_dual)
     }
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use dpc_codegen::convex::Polytope;
 use dpc_codegen::design::Design;
 use dpc_codegen::diagnostic::Source;
-use dpc_codegen::network::Start;
+use dpc_codegen::network::{Start, Subsystem};
 use dpc_codegen::start::{LONGEST, Nearest, NoPlan, StartPlan};
 use dpc_tests::host_loop::{HostLoop, Mission};
 use dpc_tests::random_network::RandomNetwork;
@@ -33,14 +33,18 @@ fn anywhere(source: Source) -> Option<Design> {
 /// boundary.
 fn state(design: &Design, random: &mut Random) -> Vec<DVector<f64>> {
     let parts = design.network.subsystems.iter().zip(&design.sets.subsystems);
-    parts.map(|(s, sets)| point(&Polytope { H: s.X.H.clone(), h: s.X.h.clone() }, &sets.scales.x, random)).collect()
+    // All full, or all empty, is what no start-up gets out of.
+    let all = random.chance(0.3).then(|| random.sign());
+    let set = |s: &Subsystem| Polytope { H: s.X.H.clone(), h: s.X.h.clone() };
+    parts.map(|(s, sets)| point(&set(s), &sets.scales.x, all, random)).collect()
 }
 
-fn point(X: &Polytope, natural: &DVector<f64>, random: &mut Random) -> DVector<f64> {
+fn point(X: &Polytope, natural: &DVector<f64>, all: Option<f64>, random: &mut Random) -> DVector<f64> {
     let mut reach = |k: usize| {
-        let axis = DVector::from_fn(natural.len(), |j, _| if j == k { random.sign() } else { 0.0 });
+        let axis =
+            DVector::from_fn(natural.len(), |j, _| if j == k { all.unwrap_or_else(|| random.sign()) } else { 0.0 });
         let end = X.support(&axis).map_or(3.0 * natural[k], |(end, _)| end);
-        axis[k] * end * random.between(0.2, 1.0)
+        axis[k] * end * random.between(if all.is_some() { 0.9 } else { 0.2 }, 1.0)
     };
     let corner = DVector::from_fn(natural.len(), |k, _| reach(k));
     let ways = (&X.H * &corner).iter().zip(&X.h).map(|(way, h)| h / way).filter(|way| *way > 0.0).collect::<Vec<_>>();
@@ -137,7 +141,7 @@ fn the_four_tank_starts_anywhere_or_says_why_not() {
         }
     }
     println!("{seen:?}");
-    assert!(seen.plans > 5 && seen.none > 5 && seen.unknown < 4, "{seen:?}");
+    assert!(seen.plans > 5 && seen.none > 1 && seen.unknown < 4, "{seen:?}");
 }
 
 /// A plan states a trajectory of the model, to the last bit but for the sum's order, that ends at rest.

@@ -41,6 +41,9 @@ pub struct Point {
 
 const TOLERANCE: f64 = 1e-9;
 
+/// Residuals of a point that counts although the solver stopped short of its tolerance.
+const CLOSE: f64 = 1e-7;
+
 impl QuadraticProgram {
     /// A new variable of this size, its square weighted.
     pub fn variable(&mut self, unit: f64, square: f64) -> usize {
@@ -87,15 +90,23 @@ impl QuadraticProgram {
     }
 
     fn answer(&self, solution: &clarabel::solver::DefaultSolution<f64>) -> Answer {
+        // It stops short of its own tolerance where the best points crowd into a corner.
+        let stalled = matches!(solution.status, SolverStatus::InsufficientProgress | SolverStatus::MaxIterations)
+            && solution.r_prim.max(solution.r_dual) < CLOSE;
         match solution.status {
-            SolverStatus::Solved | SolverStatus::AlmostSolved => Answer::Point(Point {
-                x: solution.x.iter().zip(&self.units).map(|(x, unit)| x * unit).collect(),
-                multipliers: solution.z[self.zeros.len()..].to_vec(),
-                bound: solution.obj_val_dual,
-            }),
+            _ if stalled => self.point(solution),
+            SolverStatus::Solved | SolverStatus::AlmostSolved => self.point(solution),
             SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => Answer::Infeasible,
             other => Answer::Failed(format!("{other:?}")),
         }
+    }
+
+    fn point(&self, solution: &clarabel::solver::DefaultSolution<f64>) -> Answer {
+        Answer::Point(Point {
+            x: solution.x.iter().zip(&self.units).map(|(x, unit)| x * unit).collect(),
+            multipliers: solution.z[self.zeros.len()..].to_vec(),
+            bound: solution.obj_val_dual,
+        })
     }
 
     /// The form over x_k / unit_k, divided by its largest coefficient.
