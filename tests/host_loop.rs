@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 use dpc_codegen::design::Design;
 use dpc_codegen::network::{Network, Norm};
+use dpc_codegen::start::{StartPlan, SubsystemPlan};
 use dpc_runtime::solver::{Outcome, Solver, WorkingSet};
 use nalgebra::{DMatrix, DVector};
 
@@ -102,7 +103,11 @@ struct Node<'a> {
     x_ref: Vec<DVector<f64>>,
     u_ref: Vec<DVector<f64>>,
     y_ref: Vec<DVector<f64>>,
+    /// Before the end of a start-up plan, de of its replay.
     e_ref: DVector<f64>,
+    plan: Option<&'a SubsystemPlan>,
+    /// The step of the newest reference.
+    newest: usize,
     warm: WorkingSet<NV>,
     /// Optimal cost of the last step.
     cost: f64,
@@ -155,6 +160,18 @@ impl<'a> HostLoop<'a> {
         let x = nodes.iter().map(|node| &node.x_ref[0] + node.upset(random) * upset).collect();
         let signs = design.network.subsystems.iter().map(|s| DVector::from_element(s.nz(), 1.0)).collect();
         let (set_point, step, compare, tally) = (y, 0, 0, Tally::default());
+        Self { design, plant, model, rates, nodes, x, neighbours, signs, set_point, step, upset, compare, tally }
+    }
+
+    /// Starts where a plan was made for.
+    pub fn planned(design: &'a Design, plant: &'a Plant, plan: &'a StartPlan) -> Self {
+        let model = Collective::new(design);
+        let rates = Rates::new(&model, design.network.reference.norm).expect("calF is Schur");
+        let nodes: Vec<_> = (0..plant.parts.len()).map(|i| Node::planned(design, i, &plan.subsystems[i])).collect();
+        let set_point = concat(&nodes.iter().map(|node| node.newest_y().clone()).collect::<Vec<_>>());
+        let signs = design.network.subsystems.iter().map(|s| DVector::from_element(s.nz(), 1.0)).collect();
+        let (x, neighbours, upset) = (plan.start.x0.clone(), Neighbours::True, 0.0);
+        let (step, compare, tally) = (0, 0, Tally::default());
         Self { design, plant, model, rates, nodes, x, neighbours, signs, set_point, step, upset, compare, tally }
     }
 
@@ -268,6 +285,9 @@ impl<'a> HostLoop<'a> {
         let y = self.outputs();
         for (h, (row, l)) in plant.coupling.iter().enumerate() {
             self.tally.at_most("(3) coupling constraint", row.dot(&y), *l, *l);
+            if self.nodes.iter().any(Node::follows_plan) {
+                continue;
+            }
             let newest = self.references();
             let l_tilde = self.design.sizing.l_tilde[h];
             self.tally.at_most("(27) k_h", row.dot(&newest), l_tilde, *l);
@@ -324,6 +344,10 @@ impl<'a> HostLoop<'a> {
         let z: Vec<_> = self.nodes.iter().map(|node| node.z_ref(newest)).collect();
         let y: Vec<_> = self.nodes.iter().map(|node| node.newest_y().clone()).collect();
         for (i, node) in self.nodes.iter_mut().enumerate() {
+            if let Some(plan) = node.plan.filter(|plan| node.newest + 1 < plan.x.len()) {
+                node.replay(plan, &z);
+                continue;
+            }
             let limits = shares(self.design, i, &y);
             let part = &self.plant.parts[i].y;
             let wish = self.set_point.rows(part.start, part.len()).into_owned();
@@ -344,7 +368,22 @@ impl<'a> Node<'a> {
         let y = y.rows(part.y.start, part.y.len()).into_owned();
         let N = problem.N;
         let (x_ref, u_ref, y_ref) = (vec![x; N], vec![u; N], vec![y; N]);
-        Self { problem, x_ref, u_ref, y_ref, e_ref, warm: WorkingSet::EMPTY, cost: f64::INFINITY }
+        let (plan, newest, warm, cost) = (None, N - 1, WorkingSet::EMPTY, f64::INFINITY);
+        Self { problem, x_ref, u_ref, y_ref, e_ref, plan, newest, warm, cost }
+    }
+
+    fn planned(design: &'a Design, i: usize, plan: &'a SubsystemPlan) -> Self {
+        let problem = Problem::new(design, i);
+        let (N, s) = (problem.N, problem.s);
+        let (x_ref, u_ref) = (plan.x[..N].to_vec(), plan.u[..N].to_vec());
+        let y_ref = x_ref.iter().map(|x| &s.C * x).collect();
+        let (e_ref, warm, cost) = (DVector::zeros(s.p()), WorkingSet::EMPTY, f64::INFINITY);
+        Self { problem, x_ref, u_ref, y_ref, e_ref, plan: Some(plan), newest: N - 1, warm, cost }
+    }
+
+    /// Whether the newest reference is still before the end of a plan.
+    fn follows_plan(&self) -> bool {
+        self.plan.is_some_and(|plan| self.newest + 1 < plan.x.len())
     }
 
     fn at(&self, e: DVector<f64>) -> Parameters {
@@ -398,6 +437,9 @@ impl<'a> Node<'a> {
     fn check_references(&self, tally: &mut Tally) {
         let Problem { s, sized, N, .. } = self.problem;
         let newest = N - 1;
+        if self.follows_plan() {
+            return;
+        }
         let rows =
             [(&s.X.H, &self.x_ref[newest], &sized.x_ref, &s.X.h), (&s.U.H, &self.u_ref[newest], &sized.u_ref, &s.U.h)];
         for (H, at, limit, h) in rows {
@@ -428,6 +470,24 @@ impl<'a> Node<'a> {
         s.L.iter().for_each(|(&j, L)| x += &s.E * L * &z[j]);
         self.e_ref += &y - &s.C * &self.x_ref[newest];
         let u = &g.Kx * &x + &g.Ke * &self.e_ref;
+        self.shift(x, u, y);
+    }
+
+    /// (7a) around the plan: calK acts on what the reference is off it.
+    fn replay(&mut self, plan: &SubsystemPlan, z: &[DVector<f64>]) {
+        let (s, g, newest, k) = (self.problem.s, self.problem.g, self.x_ref.len() - 1, self.newest + 1);
+        let mut x = &s.A * &self.x_ref[newest] + &s.B * &self.u_ref[newest];
+        s.L.iter().for_each(|(&j, L)| x += &s.E * L * &z[j]);
+        self.e_ref -= &s.C * (&self.x_ref[newest] - &plan.x[k - 1]);
+        let u = &plan.u[k] + &g.Kx * (&x - &plan.x[k]) + &g.Ke * &self.e_ref;
+        if k + 1 == plan.x.len() {
+            self.e_ref += &plan.e;
+        }
+        self.shift(x, u, &s.C * &plan.x[k]);
+    }
+
+    fn shift(&mut self, x: DVector<f64>, u: DVector<f64>, y: DVector<f64>) {
+        self.newest += 1;
         shift(&mut self.x_ref, x);
         shift(&mut self.u_ref, u);
         shift(&mut self.y_ref, y);

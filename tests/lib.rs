@@ -7,6 +7,7 @@ pub mod least_distance;
 pub mod plants;
 pub mod problem_checker;
 pub mod random_network;
+pub mod start_checker;
 pub mod strips;
 
 use std::fs;

@@ -2,11 +2,12 @@
 
 use crate::diagnostic::{Diagnostics, Source, code};
 use crate::gains::{Gains, Layer, Settled, is_wrongly_paired};
-use crate::network::Network;
+use crate::network::{Network, Start};
 use crate::problems::Problems;
 use crate::sets::Sets;
 use crate::sizing::Sizing;
 use crate::spec::Spec;
+use crate::start::StartPlan;
 use crate::tuning::{Effort, Tuning, Watch};
 
 /// Everything the compiler knows about one network, stage by stage. Nothing in it changes after it is made.
@@ -20,6 +21,8 @@ pub struct Design {
     pub problems: Problems,
     /// What a search for gains has brought; `None` without one.
     pub tuning: Option<Tuning>,
+    /// From the start that the file states; `None` without one.
+    pub start: Option<StartPlan>,
 }
 
 impl Design {
@@ -45,10 +48,31 @@ impl Design {
     /// # Errors
     /// As [`Design::new`].
     pub fn watched(source: Source, effort: Option<Effort>, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
-        let spec = Spec::parse(&source)?;
-        watch.stage("Spec");
-        let network = Network::new(&spec, source)?;
-        watch.stage("Network");
+        let network = read(source, watch)?;
+        Self::of_network(network, effort, watch)
+    }
+
+    /// [`Design::watched`] as with `start-anywhere = true` in the file, and without a plan for the start that it states: for
+    /// [`Design::started`].
+    ///
+    /// # Errors
+    /// As [`Design::new`].
+    pub fn anywhere(source: Source, effort: Option<Effort>, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
+        let network = read(source, watch)?;
+        Self::of_network(Network { start_anywhere: true, start: None, ..network }, effort, watch)
+    }
+
+    /// The same design with a plan for the start that the file of starts `source` states.
+    ///
+    /// # Errors
+    /// The mistakes in that file, into whose text they point; E0504 where no plan leads from there.
+    pub fn started(self, source: &Source) -> Result<Self, Diagnostics> {
+        let start = Start::of_starts(source, &self.network)?;
+        let plan = self.plan_from(&start).map_err(|refusal| refusal.diagnostic(&self.network, &start))?;
+        Ok(Self { start: Some(plan), ..self })
+    }
+
+    fn of_network(network: Network, effort: Option<Effort>, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
         let effort = effort.unwrap_or(network.effort);
         let settled = Settled::watched(network.clone(), watch);
         match Tuning::new(&network, settled.as_ref().ok(), effort, watch) {
@@ -74,8 +98,25 @@ impl Design {
         watch.stage("Sizing");
         let problems = Problems::new(&network, &gains, &sizing)?;
         watch.stage("Problems");
-        Ok(Self { network, gains, sets, sizing, problems, tuning: None })
+        let design = Self { network, gains, sets, sizing, problems, tuning: None, start: None };
+        let planned = design.network.start.as_ref().map(|start| {
+            let planned = design.plan_from(start);
+            planned.map_err(|refusal| Diagnostics::from(refusal.diagnostic(&design.network, start)))
+        });
+        let start = planned.transpose()?;
+        if start.is_some() {
+            watch.stage("Start");
+        }
+        Ok(Self { start, ..design })
     }
+}
+
+fn read(source: Source, watch: &mut dyn Watch) -> Result<Network, Diagnostics> {
+    let spec = Spec::parse(&source)?;
+    watch.stage("Spec");
+    let network = Network::new(&spec, source)?;
+    watch.stage("Network");
+    Ok(network)
 }
 
 /// Mistakes that better gains may repair say so.

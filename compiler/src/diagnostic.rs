@@ -92,6 +92,8 @@ pub mod code {
     pub const DISTURBANCE: &str = "E0127";
     /// Loads whose matrix or bounds are missing, unbounded or leave out 0, or these without loads.
     pub const LOAD: &str = "E0128";
+    /// A start outside of X, or with loads outside their bounds.
+    pub const START_OUTSIDE: &str = "E0129";
 
     /// A_ii has an unstable mode that B_ii does not reach (Assumption 1).
     pub const UNSTABILISABLE: &str = "E0201";
@@ -134,13 +136,15 @@ pub mod code {
     pub const DISTURBANCE_TOO_LARGE: &str = "E0406";
     /// The ball of (30) has too many facets.
     pub const TOO_MANY_OUTPUTS: &str = "E0503";
+    /// No start-up plan from the stated start was found.
+    pub const NO_START_PLAN: &str = "E0504";
 
     /// Codes that only large networks or numerical trouble can bring up: no small file is known to do so.
     pub const NUMERICAL: [&str; 7] =
         [LARGE_REFERENCES, FEW_NORMALS, STEADY_STATE, NOT_SIZED, LOST_SLACK, NOT_CONVEX, OVERFLOW];
 
     /// All others.
-    pub const ALL: [&str; 41] = [
+    pub const ALL: [&str; 43] = [
         SYNTAX,
         UNKNOWN_KEY,
         MISSING_KEY,
@@ -169,6 +173,7 @@ pub mod code {
         HALF_A_GAIN,
         DISTURBANCE,
         LOAD,
+        START_OUTSIDE,
         UNSTABILISABLE,
         LOCAL_LOOP,
         COLLECTIVE_LOOP,
@@ -182,6 +187,7 @@ pub mod code {
         COVER_TOO_LARGE,
         DISTURBANCE_TOO_LARGE,
         TOO_MANY_OUTPUTS,
+        NO_START_PLAN,
     ];
 }
 

@@ -60,5 +60,6 @@ pub mod sets;
 mod sharing;
 pub mod sizing;
 pub mod spec;
+pub mod start;
 pub mod summary;
 pub mod tuning;

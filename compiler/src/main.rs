@@ -8,7 +8,7 @@ use clap::Parser;
 use dpc_codegen::build;
 use dpc_codegen::clock::Clock;
 use dpc_codegen::design::Design;
-use dpc_codegen::diagnostic::Source;
+use dpc_codegen::diagnostic::{Diagnostics, Source};
 use dpc_codegen::emit::{Emitted, package_folder, write_all};
 use dpc_codegen::export::design_json;
 use dpc_codegen::summary::Summary;
@@ -33,6 +33,9 @@ struct Arguments {
     /// How long to search for better gains: 0 not at all, 3 longest [default: `effort` in the file, else 0]
     #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u8).range(0..=i64::from(Effort::MOST)))]
     effort: Option<u8>,
+    /// Start from the states in this file (TOML: a table per subsystem, with x0) instead of those in FILE
+    #[arg(long, value_name = "FILE")]
+    start: Option<PathBuf>,
     /// Also write the gains as lines for FILE, to keep them without a search
     #[arg(long, value_name = "FILE")]
     gains_out: Option<PathBuf>,
@@ -54,7 +57,7 @@ fn main() -> ExitCode {
 fn run(arguments: &Arguments) -> Result<(), String> {
     let mut watch = Progressing { clock: Clock::new(), bar: None };
     let source = build::read(&arguments.file)?;
-    let design = designed(&source, arguments.effort.and_then(Effort::new), &mut watch)?;
+    let design = designed(arguments, &source, &mut watch)?;
     let mut clock = watch.clock;
     let emitted = Emitted::new(&design);
     clock.ended("Emitted");
@@ -64,9 +67,20 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     print(&format!("{}\nTime: {clock}\n{timings}{written}", Summary::new(&design, &emitted)))
 }
 
-fn designed(source: &Source, effort: Option<Effort>, watch: &mut Progressing) -> Result<Design, String> {
-    let design = Design::watched(source.clone(), effort, watch);
-    design.map_err(|mistakes| mistakes.render(source, std::io::stderr().is_terminal()))
+fn designed(arguments: &Arguments, source: &Source, watch: &mut Progressing) -> Result<Design, String> {
+    let rendered = |source: &Source| {
+        let source = source.clone();
+        move |mistakes: Diagnostics| mistakes.render(&source, std::io::stderr().is_terminal())
+    };
+    let effort = arguments.effort.and_then(Effort::new);
+    let Some(file) = &arguments.start else {
+        return Design::watched(source.clone(), effort, watch).map_err(rendered(source));
+    };
+    let starts = build::read(file)?;
+    let design = Design::anywhere(source.clone(), effort, watch).map_err(rendered(source))?;
+    let design = design.started(&starts).map_err(rendered(&starts))?;
+    watch.clock.ended("Start");
+    Ok(design)
 }
 
 /// Writes everything or nothing; returns what to tell the user about it.

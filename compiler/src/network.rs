@@ -14,6 +14,7 @@ mod roster;
 mod rows;
 mod settings;
 mod shape;
+mod starts;
 mod tuning;
 mod weights;
 mod words;
@@ -33,6 +34,7 @@ use form::Form;
 use limits::{Space, polytope};
 use model::Model;
 use roster::{Member, Roster};
+pub use starts::{Start, StartPlaces};
 
 /// The network of subsystems the paper's Section II describes.
 ///
@@ -53,6 +55,10 @@ pub struct Network {
     pub effort: Effort,
     pub subsystems: Vec<Subsystem>,
     pub coupling_constraints: Vec<CouplingConstraint>,
+    /// Whether controllers are to start from any state that a start-up plan exists for; see [`crate::start`].
+    pub start_anywhere: bool,
+    /// The start that the file states.
+    pub start: Option<Start>,
     /// The text the network was read from, for diagnostics of later stages.
     pub source: Source,
     pub places: NetworkPlaces,
@@ -253,6 +259,7 @@ impl Network {
         let (settings, roster) = names(spec)?;
         let (models, constraints) = matrices(form, spec, &roster)?;
         let subsystems = subsystems(spec, &roster, &models, settings.reference.gamma)?;
+        let start = Start::of_file(spec, &subsystems)?;
         Ok(Self {
             name: spec.name.value.clone(),
             sample_time: settings.sample_time,
@@ -263,6 +270,8 @@ impl Network {
             effort: settings.effort,
             subsystems,
             coupling_constraints: constraints,
+            start_anywhere: spec.start_anywhere.unwrap_or(start.is_some()),
+            start,
             source,
             places: NetworkPlaces::of(spec),
         })

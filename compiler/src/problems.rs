@@ -85,7 +85,7 @@ impl Problems {
     pub fn new(network: &Network, gains: &Gains, sizing: &Sizing) -> Result<Self, Diagnostics> {
         let one = |i: usize| -> Result<SubsystemProblems, Diagnostic> {
             let (s, g, sized) = (&network.subsystems[i], &gains.subsystems[i], &sizing.subsystems[i]);
-            let dpc = DpcProblem::new(s, g, sized, network.horizon)?;
+            let dpc = DpcProblem::new(s, g, sized, network)?;
             Ok(SubsystemProblems { dpc, reference: ReferenceProblem::new(network, i, sized)? })
         };
         let subsystems = spread(network.subsystems.len(), one).into_iter().collect::<Result<_, _>>()?;
@@ -94,10 +94,11 @@ impl Problems {
 }
 
 impl DpcProblem {
-    fn new(s: &Subsystem, g: &SubsystemGains, sized: &SubsystemSizing, N: usize) -> Result<Self, Diagnostic> {
+    fn new(s: &Subsystem, g: &SubsystemGains, sized: &SubsystemSizing, network: &Network) -> Result<Self, Diagnostic> {
+        let N = network.horizon;
         let condensed = Condensed::new(s, g, sized, N);
         let facets_before = condensed.facets();
-        let condensed = prune::prune(condensed, s, sized, N);
+        let condensed = prune::prune(condensed, s, sized, N, network.start_anywhere);
         let facets_after = condensed.facets();
         let T = inverse_factor(&condensed.H).ok_or_else(|| indefinite(s))?;
         let mut problem = Self {

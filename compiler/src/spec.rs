@@ -26,6 +26,7 @@ pub struct Spec {
     pub reference: Reference,
     pub sizing: Sizing,
     pub gains: Option<At<GainChoice>>,
+    pub start_anywhere: Option<bool>,
     pub collective: Option<Collective>,
     /// In the order of the file.
     pub subsystems: Vec<Subsystem>,
@@ -117,7 +118,19 @@ pub struct Subsystem {
     pub cover_place: Option<Place>,
     pub reserve: Option<PerSignal>,
     pub y_weight: Option<PerSignal>,
+    /// Where it starts: states, and loads at that time.
+    pub x0: Option<Row>,
+    pub d0: Option<Row>,
     pub from: Vec<Import>,
+}
+
+/// Where one subsystem of a file of starts begins.
+#[derive(Debug, Clone)]
+pub struct StartOf {
+    /// Its place is the NAME in `[NAME]`.
+    pub subsystem: At<String>,
+    pub x0: Option<Row>,
+    pub d0: Option<Row>,
 }
 
 /// `gain-weights` or `reference-weights`.
@@ -203,6 +216,20 @@ impl Spec {
         let mut file = Table::new("", first_line(&source.text), document.get_ref());
         let spec = read::spec(&mut file, &mut errors);
         errors.finish(spec)
+    }
+}
+
+impl StartOf {
+    /// Reads a file of starts: one table `[NAME]` per subsystem, with `x0` and `d0`.
+    ///
+    /// # Errors
+    /// As [`Spec::parse`].
+    pub fn parse(source: &Source) -> Result<Vec<Self>, Diagnostics> {
+        let document = DeTable::parse(&source.text).map_err(|mistake| syntax(&mistake, &source.text))?;
+        let mut errors = Diagnostics::default();
+        let file = Table::new("", first_line(&source.text), document.get_ref());
+        let starts = read::starts(&file, &mut errors);
+        errors.finish(starts)
     }
 }
 

@@ -39,6 +39,7 @@ impl fmt::Display for Summary<'_> {
             self.coupling(),
             self.slacks(),
             self.trade(),
+            self.start(),
             self.notices(),
         ];
         lines.iter().flatten().try_for_each(|line| writeln!(f, "{}", clipped(line)))
@@ -109,6 +110,21 @@ impl Summary<'_> {
         row("spectral radius of calF", (Some(plain.rho_calF), Some(tuned.rho_calF)));
         rows.extend(plain.design.as_ref().err().map(|why| format!("  without the search: {why}")));
         titled(&format!("Gains were searched for; {} compared", count(*compared, "design")), rows)
+    }
+
+    fn start(&self) -> Vec<String> {
+        let Some(plan) = &self.design.start else { return Vec::new() };
+        let mut lines = vec![String::new(), format!("Start-up plan of {}", count(plan.steps, "step"))];
+        for ((s, part), x0) in self.design.network.subsystems.iter().zip(&plan.subsystems).zip(&plan.start.x0) {
+            let list = |signals: &[Signal], values: &nalgebra::DVector<f64>| {
+                let each =
+                    signals.iter().zip(values).map(|(signal, value)| format!("{} {}", signal.name, short(*value)));
+                each.collect::<Vec<_>>().join(", ")
+            };
+            let end = part.x.last().map(|x| &s.C * x).unwrap_or_else(|| nalgebra::DVector::zeros(s.p()));
+            lines.push(format!("  {}: {} -> rest at {}", s.name, list(&s.states, x0), list(&s.outputs, &end)));
+        }
+        lines
     }
 
     fn references(&self) -> Vec<String> {

@@ -109,6 +109,32 @@ fn the_effort_of_the_command_line_wins_over_the_files() {
 }
 
 #[test]
+fn a_file_of_starts_gives_plans_or_says_why_not() {
+    let folder = Folder::new("starts");
+    fs::write(folder.0.join("system.toml"), GOOD).unwrap();
+    fs::write(folder.0.join("start.toml"), "[left]\nx0 = [-12.0, -1.3]\n\n[right]\nx0 = [20.0, 25.0]\n").unwrap();
+    let output = folder.run(&["system.toml", "--start", "start.toml"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(stdout(&output).contains("Start-up plan of"), "{}", stdout(&output));
+    assert!(stdout(&output).lines().all(|line| line.chars().count() <= 100));
+    let left = folder.read("generated/four_tank/left.rs");
+    assert!(left.contains("--start start.toml") && left.contains("pub static START: StartPlan<'static>"));
+    for (text, code) in [
+        ("[left]\nx0 = [27.0, 38.0]\n[right]\nx0 = [27.0, 38.0]\n", "E0504"),
+        ("[left]\nx0 = [0.0]\n", "E0110"),
+        ("[middle]\nx0 = [0.0]\n", "E0112"),
+        ("[left]\nx0 = [0.0, -1.5]\n", "E0129"),
+        ("[left\n", "E0101"),
+    ] {
+        fs::write(folder.0.join("start.toml"), text).unwrap();
+        let output = folder.run(&["system.toml", "--start", "start.toml", "--out", "none"]);
+        assert_eq!(output.status.code(), Some(1));
+        assert!(stderr(&output).contains(&format!("error[{code}]")), "{}", stderr(&output));
+        assert!(stderr(&output).contains("start.toml:") && !folder.0.join("none").exists(), "{}", stderr(&output));
+    }
+}
+
+#[test]
 fn a_wrong_call_is_a_usage_error() {
     let folder = Folder::new("usage");
     assert_eq!(folder.run(&[]).status.code(), Some(2));

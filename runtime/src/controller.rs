@@ -3,6 +3,7 @@
 use crate::linear::{add, clip, dot, finite, subtract, times};
 use crate::load::Load;
 use crate::message::{Delivery, Inbox, Message};
+use crate::plan::{Passage, StartPlan};
 use crate::problem::Plan;
 use crate::reference::ReferenceLayer;
 use crate::solver::{Outcome, Solver, WorkingSet};
@@ -43,6 +44,8 @@ pub struct Controller<
     tables: &'a Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>,
     step: i64,
     trajectory: Trajectory<NX, NU, NY, N>,
+    /// What the references follow at first.
+    plan: Option<&'a StartPlan<'a, NX, NU, NY, N>>,
     /// The last period's plan, shifted to the present: the candidate (47), this period's fall-back and warm start.
     candidate: Planned<NX, NU, N, NV>,
     /// This period's plan. The candidate stays beside it, because the period may be planned again.
@@ -167,26 +170,63 @@ impl<
         tables: &'a Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>,
         steady: &SteadyState<NX, NU>,
     ) -> Result<(Self, Message<NY, NZ>), StartError> {
+        let model = &tables.model;
+        if !steady.is_finite() {
+            return Err(StartError::NotFinite);
+        }
+        Self::can_rest(tables, steady, &times(&model.C, &steady.x))?;
+        let trajectory = Trajectory::constant(model, steady.x, steady.error_sum(model)?);
+        let controller = Self::new(tables, trajectory);
+        let message = controller.message(-1, false);
+        Ok((controller, message))
+    }
+
+    /// A controller that starts at the measured state `x` with its part of a start-up plan, and its message to all neighbours,
+    /// which they need at step 0. `noise` is that of [`Self::with_measurement_error`], `None` where states are measured exactly.
+    ///
+    /// # Errors
+    /// The plan is not finite, too short, made for other tables, or comes to rest where no controller can; or `x` does not fit
+    /// it, that is, the first i-DPC problem has no solution.
+    pub fn start_planned(
+        tables: &'a Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>,
+        plan: &'a StartPlan<'a, NX, NU, NY, N>,
+        noise: Option<&'a [f64; NT]>,
+        x: &[f64; NX],
+    ) -> Result<(Self, Message<NY, NZ>), StartError> {
+        plan.check()?;
+        if plan.design != tables.fingerprint() {
+            return Err(StartError::OtherDesign);
+        }
+        let (y, u) = plan.end(&tables.model).ok_or(StartError::PlanTooShort)?;
+        Self::can_rest(tables, &SteadyState { x: [0.0; NX], u }, &y)?;
+        let trajectory = Trajectory::planned(&tables.model, plan.points);
+        let candidate = Planned { plan: plan.nominal, active: WorkingSet::EMPTY };
+        let mut controller = Self { plan: Some(plan), candidate, noise, ..Self::new(tables, trajectory) };
+        match controller.input(x).control {
+            Control::Infeasible { row } => Err(StartError::StateDoesNotFit { row }),
+            Control::IterationLimit => Err(StartError::Undecided),
+            Control::NotFinite => Err(StartError::NotFinite),
+            Control::AtReference | Control::Optimal { .. } | Control::Candidate => {
+                let message = controller.message(-1, false);
+                Ok((controller, message))
+            }
+        }
+    }
+
+    fn new(
+        tables: &'a Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>,
+        trajectory: Trajectory<NX, NU, NY, N>,
+    ) -> Self {
         const {
             assert!(N > 0, "the horizon is at least 1");
             assert!(NV == NX + N * NU, "the unknowns are dx_0, du_0, ..., du_{{N-1}}");
             assert!(NT + NS + NQ <= NR, "there are at least as many rows as rows with offsets");
         }
-        let model = &tables.model;
-        if !steady.is_finite() {
-            return Err(StartError::NotFinite);
-        }
-        if !tables.reference.contains(&times(&model.C, &steady.x)) {
-            return Err(StartError::OutputOutside);
-        }
-        if let Some(input) = steady.input_outside(&model.u_min, &model.u_max) {
-            return Err(StartError::InputOutside { input });
-        }
-        let trajectory = Trajectory::constant(model, steady.x, steady.error_sum(model)?);
-        let controller = Self {
+        Self {
             tables,
             step: 0,
             trajectory,
+            plan: None,
             candidate: Planned::REST,
             present: Present::Candidate,
             noise: None,
@@ -196,9 +236,22 @@ impl<
             loaded: false,
             max_iterations: tables.problem.max_iterations,
             degraded: false,
-        };
-        let message = controller.message(-1, false);
-        Ok((controller, message))
+        }
+    }
+
+    /// Whether references may rest at the output `y` with the input of `steady`.
+    fn can_rest(
+        tables: &Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>,
+        steady: &SteadyState<NX, NU>,
+        y: &[f64; NY],
+    ) -> Result<(), StartError> {
+        if !tables.reference.contains(y) {
+            return Err(StartError::OutputOutside);
+        }
+        match steady.input_outside(&tables.model.u_min, &tables.model.u_max) {
+            Some(input) => Err(StartError::InputOutside { input }),
+            None => Ok(()),
+        }
     }
 
     /// The same controller where measured loads add `load` to the steady state's next state: what [`Loads::start`](crate::Loads)
@@ -301,10 +354,20 @@ impl<
     ) -> Outlook<NY, NZ, NB> {
         let imports = inbox.collect(self.step.wrapping_sub(1));
         let heard = imports.deliveries.iter().all(|delivery| *delivery == Delivery::InSequence);
-        let (y, references) = self.next_output(set_point, &imports.y, heard);
-        let references = if heard && self.departs(&imports.z) { References::NotSteady } else { references };
+        let references = match self.passage() {
+            Some(passage) => {
+                let fits = !heard || self.follows(&passage, &imports.z);
+                self.trajectory.replay(&self.tables.model, &passage, &imports.z, &push);
+                if fits { References::Planned } else { References::OffPlan }
+            }
+            None => {
+                let (y, references) = self.next_output(set_point, &imports.y, heard);
+                let references = if heard && self.departs(&imports.z) { References::NotSteady } else { references };
+                self.trajectory.advance(&self.tables.model, y, &imports.z, &push);
+                references
+            }
+        };
         self.degraded |= !heard || !references.are_admissible();
-        self.trajectory.advance(&self.tables.model, y, &imports.z, &push);
         self.push = push;
         let certified = match self.knowledge {
             Knowledge::None => false,
@@ -436,6 +499,17 @@ impl<
     /// chi_ss, and (7a) does not hold over the first window.
     fn departs(&self, z: &[f64; NI]) -> bool {
         self.step == 0 && !self.trajectory.stays(&self.tables.model, z, &self.push)
+    }
+
+    /// What the start-up plan says about t + N; `None` without one, and past its end.
+    fn passage(&self) -> Option<Passage<'a, NX, NU, NY>> {
+        self.plan?.passage(self.step.wrapping_add(N as i64))
+    }
+
+    /// Whether, at the first step, the neighbours' starts lead on to the plan's next state: otherwise (7a) does not hold over the
+    /// first window.
+    fn follows(&self, passage: &Passage<'_, NX, NU, NY>, z: &[f64; NI]) -> bool {
+        self.step != 0 || self.trajectory.arrives(&self.tables.model, &passage.at.x, z, &self.push)
     }
 
     fn message(&self, step: i64, certified: bool) -> Message<NY, NZ> {

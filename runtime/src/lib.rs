@@ -62,6 +62,8 @@
 //! | [`Delivery`] other than [`Delivery::InSequence`] | a message | - (the last values are held) | lost |
 //! | [`References::Waiting`] | a message, with coupling constraints | - (yref stays) | lost |
 //! | [`References::NotSteady`] | the starts of the neighbours do not fit together: for N - 1 steps the references do not follow (7a) | - | lost |
+//! | [`References::Planned`] | nothing: the start-up plan decides, and the set-point is not looked at yet | - | holds |
+//! | [`References::OffPlan`] | a neighbour was not started with its part of the same plan | - | lost |
 //! | [`References::CouplingExceeded`] | the starts exceed a coupling constraint (or messages were lost) | - | lost |
 //!
 //! The shifted candidate is the last solution, one step on: (dx_1, du_1, ..., du_{N-1}, K_i dx_N). It is kept in the controller
@@ -69,6 +71,15 @@
 //! A guarantee that was lost with the references ([`Status::degraded`]) comes back with a new start only; one that was lost
 //! with a step comes back when every subsystem is feasible again (with measurement errors: and certified, see below). Each status is what one subsystem can see; the guarantee
 //! is the network's and holds where all of them say so ([`Status::is_guaranteed`]).
+//!
+//! # Starting anywhere
+//! [`Controller::start`] begins at a steady state of the network; [`Controller::start_planned`] anywhere a [`StartPlan`] exists
+//! for. A plan states the references of steps 0 to T >= N of every subsystem. It is accepted for a measured state with which the
+//! first i-DPC problem has a solution, and refused for any other ([`StartError::StateDoesNotFit`]). While t + N <= T the
+//! references at t + N are the plan's ([`References::Planned`]); everything else is as always: the same messages, due at the
+//! same steps, with the same consequences where one is missing (xref follows what was heard last, then the feedback around
+//! the plan brings it back, and the guarantee is lost). At t + N = T + 1 the reference-output layer takes over, from rest at
+//! yref_T = C xref_T.
 //!
 //! # What is measured with an error
 //! Where the file states a measurement error, the emitted `start` calls [`Controller::with_measurement_error`], and x_t above is
@@ -120,6 +131,7 @@ mod factor;
 mod linear;
 mod load;
 mod message;
+mod plan;
 pub mod problem;
 pub mod reference;
 pub mod solver;
@@ -132,6 +144,7 @@ mod version;
 pub use controller::{Controller, Input, Outlook, Step, Telemetry};
 pub use load::{Load, Loads};
 pub use message::{Delivery, Inbox, Message, Refused};
+pub use plan::{PlannedPoint, StartPlan};
 pub use reference::ReferenceLayer;
 pub use start::{StartError, SteadyState};
 pub use status::{Control, References, Status};

@@ -1,4 +1,4 @@
-//! Starting from a steady state.
+//! Starting from a steady state, and what stands against a start.
 
 use core::fmt;
 
@@ -18,7 +18,7 @@ pub struct SteadyState<const NX: usize, const NU: usize> {
 /// Why a controller was not started. There is no plan for such a state, so none is guessed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StartError {
-    /// The state or the input is not finite.
+    /// A number of the start is not finite.
     NotFinite,
     /// The output C x does not lie in Y_i.
     OutputOutside,
@@ -34,6 +34,18 @@ pub enum StartError {
         /// Which.
         load: usize,
     },
+    /// The start-up plan was made for other tables: another subsystem, or another design.
+    OtherDesign,
+    /// The start-up plan has fewer than N + 1 points.
+    PlanTooShort,
+    /// The measured state does not fit the start-up plan: the first i-DPC problem has no solution.
+    StateDoesNotFit {
+        /// The row that could not be satisfied, an index into the emitted row names.
+        row: usize,
+    },
+    /// The iteration budget did not suffice to find out whether the measured state fits the start-up plan, and the plan's own
+    /// solution is none for this state.
+    Undecided,
 }
 
 /// Largest residual of an input in u = Kx x + Ke eref, relative to the sum of the magnitudes of its terms.
@@ -107,11 +119,19 @@ impl<const ROWS: usize, const COLUMNS: usize> NormalEquations<ROWS, COLUMNS> {
 impl fmt::Display for StartError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotFinite => f.write_str("the steady state is not finite"),
-            Self::OutputOutside => f.write_str("the output of the steady state lies outside Y"),
-            Self::InputOutside { input } => write!(f, "input {input} of the steady state lies outside its limits"),
+            Self::NotFinite => f.write_str("the start is not finite"),
+            Self::OutputOutside => f.write_str("the output to rest at lies outside Y"),
+            Self::InputOutside { input } => write!(f, "input {input} to rest at lies outside its limits"),
             Self::LoadOutside { load } => write!(f, "load {load} lies outside its bounds"),
             Self::InputOutOfReach => f.write_str("the gain Ke reaches no reference with the steady state's input"),
+            Self::OtherDesign => f.write_str("the start-up plan belongs to another subsystem or another design"),
+            Self::PlanTooShort => f.write_str("the start-up plan is shorter than the horizon"),
+            Self::StateDoesNotFit { row } => {
+                write!(f, "the measured state does not fit the start-up plan (row {row} of the first problem)")
+            }
+            Self::Undecided => {
+                f.write_str("the iteration budget was used up before the measured state was seen to fit")
+            }
         }
     }
 }

@@ -48,6 +48,13 @@ pub enum Control {
 pub enum References {
     /// yref_{t+N} is the optimum of (29)-(31), (28).
     Nearest,
+    /// xref_{t+N} and uref_{t+N} are those of the start-up plan; the set-point counts from its end on. The guarantee holds.
+    Planned,
+    /// Only at the first step of a planned start: under what the neighbours sent, a state leaves the start-up plan within one
+    /// step by more than [`Model::drift`](crate::tables::Model::drift), so they were not started with their part of the same
+    /// plan, and the references do not follow (7a) over the first window. The references go on to follow the plan. The guarantee
+    /// is lost.
+    OffPlan,
     /// The set-point is not finite: yref stays. That is always admissible; the guarantee holds.
     SetPointNotFinite,
     /// The reference-output layer found no answer: yref stays. The guarantee holds.
@@ -101,7 +108,7 @@ impl Control {
 impl References {
     /// Whether the references are still those of Theorem 1, if the messages arrived.
     pub fn are_admissible(&self) -> bool {
-        !matches!(self, Self::CouplingExceeded { .. } | Self::NotSteady)
+        !matches!(self, Self::CouplingExceeded { .. } | Self::NotSteady | Self::OffPlan)
     }
 }
 
@@ -145,6 +152,8 @@ impl fmt::Display for References {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Nearest => f.write_str("references nearest to the set-point"),
+            Self::Planned => f.write_str("references of the start-up plan"),
+            Self::OffPlan => f.write_str("start-up plan does not fit the neighbours"),
             Self::SetPointNotFinite => f.write_str("set-point not finite, reference kept"),
             Self::Kept => f.write_str("no reference found, kept"),
             Self::Waiting => f.write_str("reference kept until neighbours are heard"),

@@ -1,9 +1,11 @@
 //! The reference trajectory (7) that a controller carries: from now to one step before the horizon.
 
 use crate::linear::{add, shift_in, subtract, times};
+use crate::plan::{Passage, PlannedPoint};
 use crate::tables::Model;
 
-/// xref, uref and yref at t, ..., t + N - 1, and eref at t + N - 1.
+/// xref, uref and yref at t, ..., t + N - 1, and eref at t + N - 1; where that is before the end of a start-up plan, de of
+/// [`StartPlan`](crate::StartPlan).
 #[derive(Debug, Clone)]
 pub(crate) struct Trajectory<const NX: usize, const NU: usize, const NY: usize, const N: usize> {
     pub x: [[f64; NX]; N],
@@ -28,6 +30,19 @@ impl<const NX: usize, const NU: usize, const NY: usize, const N: usize> Trajecto
         e: [f64; NY],
     ) -> Self {
         Self { x: [x; N], u: [input(model, &x, &e); N], y: [times(&model.C, &x); N], e }
+    }
+
+    /// Steps 0, ..., N - 1 of a start-up plan.
+    pub fn planned<const NZ: usize, const NI: usize>(
+        model: &Model<NX, NU, NY, NZ, NI>,
+        points: &[PlannedPoint<NX, NU>],
+    ) -> Self {
+        let (mut x, mut u) = ([[0.0; NX]; N], [[0.0; NU]; N]);
+        for (point, (x, u)) in points.iter().zip(x.iter_mut().zip(&mut u)) {
+            (*x, *u) = (point.x, point.u);
+        }
+        let y = x.each_ref().map(|x| times(&model.C, x));
+        Self { x, u, y, e: [0.0; NY] }
     }
 
     /// Step t.
@@ -57,6 +72,41 @@ impl<const NX: usize, const NU: usize, const NY: usize, const N: usize> Trajecto
         shift_in(&mut self.y, y);
     }
 
+    /// Goes on by one step of a start-up plan; `z` and `push` as for [`Self::advance`].
+    pub fn replay<const NZ: usize, const NI: usize>(
+        &mut self,
+        model: &Model<NX, NU, NY, NZ, NI>,
+        plan: &Passage<'_, NX, NU, NY>,
+        z: &[f64; NI],
+        push: &[f64; NX],
+    ) {
+        let newest = self.newest();
+        let x = add(&successor(model, &newest, z), push);
+        self.e = subtract(&self.e, &times(&model.C, &subtract(&newest.x, &plan.before.x)));
+        let u = match plan.end {
+            None => add(&plan.at.u, &input(model, &subtract(&x, &plan.at.x), &self.e)),
+            Some(e) => {
+                self.e = add(&self.e, e);
+                input(model, &x, &self.e)
+            }
+        };
+        shift_in(&mut self.x, x);
+        shift_in(&mut self.u, u);
+        shift_in(&mut self.y, times(&model.C, &plan.at.x));
+    }
+
+    /// Whether every newest state comes within [`Model::drift`] of `next` when `z` is imported and loads add `push`.
+    pub fn arrives<const NZ: usize, const NI: usize>(
+        &self,
+        model: &Model<NX, NU, NY, NZ, NI>,
+        next: &[f64; NX],
+        z: &[f64; NI],
+        push: &[f64; NX],
+    ) -> bool {
+        let missed = subtract(&add(&successor(model, &self.newest(), z), push), next);
+        missed.iter().zip(&model.drift).all(|(missed, drift)| missed.abs() <= *drift)
+    }
+
     /// Whether every newest state stays within [`Model::drift`] of where it is when `z` is imported and loads add `push`.
     pub fn stays<const NZ: usize, const NI: usize>(
         &self,
@@ -64,9 +114,7 @@ impl<const NX: usize, const NU: usize, const NY: usize, const N: usize> Trajecto
         z: &[f64; NI],
         push: &[f64; NX],
     ) -> bool {
-        let newest = self.newest();
-        let moved = subtract(&add(&successor(model, &newest, z), push), &newest.x);
-        moved.iter().zip(&model.drift).all(|(moved, drift)| moved.abs() <= *drift)
+        self.arrives(model, &self.newest().x, z, push)
     }
 }
 

@@ -6,6 +6,7 @@ use quote::{ToTokens, format_ident, quote};
 use super::monitors::has_noise;
 use super::names::{code, one_line};
 use super::node::{Neighbour, Node, labelled, labels};
+use super::starts::{self, may_start};
 use crate::design::Design;
 use crate::gains::Proof;
 use crate::problems::ReferenceProblem;
@@ -19,12 +20,14 @@ pub fn header(design: &Design, what: &str) -> String {
     let (major, minor) = RUNTIME;
     let effort =
         design.tuning.as_ref().map(|tuning| format!(" --effort {}", tuning.effort.level())).unwrap_or_default();
+    let start = design.start.as_ref().and_then(|plan| plan.start.file.as_ref());
+    let start = start.map(|path| format!(" --start {}", file_name(path))).unwrap_or_default();
     format!(
         "// {}.\n\
          //\n\
          // Written by dpc-codegen {} from {file}; do not edit. To make it again:\n\
          //\n\
-         //     dpc-codegen {file} --out {folder}{effort}\n\
+         //     dpc-codegen {file} --out {folder}{effort}{start}\n\
          //\n\
          // Fits dpc-runtime {major}.{minor}. Numbers are in the units of {file}, as deviations from its operating point.\n",
         one_line(what),
@@ -34,7 +37,10 @@ pub fn header(design: &Design, what: &str) -> String {
 
 /// Name of the file the network was read from, without its folders: these differ between machines.
 fn source_file(design: &Design) -> String {
-    let path = &design.network.source.path;
+    file_name(&design.network.source.path)
+}
+
+fn file_name(path: &str) -> String {
     one_line(path.rsplit(['/', '\\']).next().unwrap_or(path))
 }
 
@@ -47,7 +53,7 @@ pub fn text(node: &Node, modules: &[String]) -> String {
         formatted(names(node)),
         types(node),
         formatted(links(node, modules)),
-        start(node).map(|item| formatted(vec![item])).join("\n"),
+        start(node).into_iter().map(|item| formatted(vec![item])).collect::<Vec<_>>().join("\n"),
     ];
     groups.into_iter().filter(|group| !group.is_empty()).collect::<Vec<_>>().join("\n")
 }
@@ -70,7 +76,11 @@ fn imports(node: &Node) -> Vec<TokenStream> {
     names.extend((sizes.ns + sizes.nq > 0).then_some("StageRow"));
     names.sort_unstable();
     let names = names.iter().map(|name| format_ident!("{name}"));
-    vec![quote! { use dpc_runtime::StartError; }, quote! { use dpc_runtime::tables::{#(#names),*}; }]
+    let tables = quote! { use dpc_runtime::tables::{#(#names),*}; };
+    if node.design.start.is_none() {
+        return vec![quote! { use dpc_runtime::StartError; }, tables];
+    }
+    vec![quote! { use dpc_runtime::problem::Plan; }, tables, quote! { use dpc_runtime::{PlannedPoint, StartError}; }]
 }
 
 fn version() -> TokenStream {
@@ -156,8 +166,9 @@ fn types(node: &Node) -> String {
          /// What a step gives.\n\
          pub type Step = dpc_runtime::Step<NX, NU, NY, NZ, NB>;\n\
          /// A state and an input to start from.\n\
-         pub type SteadyState = dpc_runtime::SteadyState<NX, NU>;\n{}",
+         pub type SteadyState = dpc_runtime::SteadyState<NX, NU>;\n{}{}",
         reference_parameters(node),
+        if may_start(node) { STARTS } else { "" },
         if node.loads().is_empty() { "" } else { LOADS }
     )
 }
@@ -167,6 +178,13 @@ const LOADS: &str = "\
 pub type Loads = dpc_runtime::Loads<'static, ND, NX, N>;
 /// What they mean for one step.
 pub type Load = dpc_runtime::Load<NX>;
+";
+
+const STARTS: &str = "\
+/// This node's part of a start-up plan.
+pub type StartPlan<'a> = dpc_runtime::StartPlan<'a, NX, NU, NY, N>;
+/// [`Controller`], for as long as its start-up plan lives.
+pub type PlannedController<'a> = dpc_runtime::Controller<'a, Reference, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>;
 ";
 
 /// Of `dpc_runtime::Tables` and `dpc_runtime::Controller`, after the reference layer.
@@ -212,8 +230,8 @@ fn option(first: Option<usize>) -> TokenStream {
 }
 
 /// The only functions of the file: the runtime's, with this subsystem's tables.
-fn start(node: &Node) -> [TokenStream; 2] {
-    [steady_state(node), start_at(node)]
+fn start(node: &Node) -> Vec<TokenStream> {
+    [steady_state(node), start_at(node)].into_iter().chain(starts::function(node)).collect()
 }
 
 fn steady_state(node: &Node) -> TokenStream {

@@ -9,19 +9,23 @@
 //! | `code` | the first half of a file: constants, types, links (`quote`, `prettyplease`) |
 //! | `parts` | the second half: the runtime's tables as values |
 //! | `monitors` | the sets that hold at every step, and the steady states |
+//! | `starts` | the start-up plan, where there is one |
 //! | `tables` | printing of values, one matrix row per line |
 //! | `steady` | the maps from outputs and loads at rest to the states |
 //! | `names` | identifiers and comments out of the user's names |
 //! | `network` | the list of the modules, and who talks to whom |
+//! | `fingerprint` | what a start-up plan recognises its tables by |
 //! | `disk` | writing all files or none |
 
 mod code;
 mod disk;
+mod fingerprint;
 mod monitors;
 mod names;
 mod network;
 mod node;
 mod parts;
+mod starts;
 mod steady;
 mod tables;
 
@@ -29,6 +33,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 pub use disk::write_all;
+pub use fingerprint::fingerprint;
 
 use crate::design::Design;
 use crate::network::Network;
@@ -94,5 +99,6 @@ fn subsystem_file(node: &Node, modules: &[String], tables: &Value, steady: &Stea
     let mut sections = vec![code::header(node.design, &what), code::text(node, modules)];
     sections.push(item(doc, "TABLES", "Parts", tables));
     sections.extend(monitors::items(node, steady));
+    sections.extend(starts::items(node));
     sections.join("\n")
 }

@@ -30,7 +30,7 @@ fn list(names: &[String]) -> String {
 }
 
 /// `dpc_runtime::tables::Model`.
-fn model(node: &Node) -> Value {
+pub fn model(node: &Node) -> Value {
     let (model, gains) = (node.model(), node.gains());
     let (x, u, y) = (labels(&model.states), labels(&model.inputs), labels(&model.outputs));
     let z = &model.coupling_outputs;

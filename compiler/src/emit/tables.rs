@@ -13,8 +13,11 @@ use super::names::one_line;
 pub enum Value {
     Number(f64),
     Count(usize),
+    Word(u64),
     Flag(bool),
     Text(String),
+    /// An expression that names another item.
+    Path(&'static str),
     /// An array on one line.
     Row(Vec<f64>),
     /// References to lists of indices and numbers, one per line, each with what it means.
@@ -73,7 +76,9 @@ impl Value {
     /// Bytes that the value takes on a machine of 64 bits.
     pub fn bytes(&self) -> usize {
         match self {
-            Value::Number(_) | Value::Count(_) => 8,
+            Value::Number(_) | Value::Count(_) | Value::Word(_) => 8,
+            // A slice: address and length.
+            Value::Path(_) => 16,
             Value::Flag(_) => 1,
             Value::Text(text) => 16 + text.len(),
             Value::Row(row) => 8 * row.len(),
@@ -118,8 +123,10 @@ fn write_value(text: &mut String, value: &Value, depth: usize) {
     match value {
         Value::Number(x) => text.push_str(&number(*x)),
         Value::Count(count) => text.push_str(&count.to_string()),
+        Value::Word(word) => text.push_str(&format!("0x{word:016x}")),
         Value::Flag(flag) => text.push_str(&flag.to_string()),
         Value::Text(string) => text.push_str(&format!("{string:?}")),
+        Value::Path(name) => text.push_str(name),
         Value::Row(row) => text.push_str(&numbers(row)),
         Value::Entries(rows) => write_lines(text, depth, rows, |text, row| text.push_str(&pairs(row))),
         Value::Matrix(rows) => write_lines(text, depth, rows, |text, row| text.push_str(&numbers(row))),

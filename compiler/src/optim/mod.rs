@@ -8,6 +8,7 @@ pub mod lp;
 pub mod lyapunov;
 pub mod modes;
 pub mod perron;
+pub mod quadratic;
 pub mod responses;
 pub mod riccati;
 pub mod rounding;

@@ -10,11 +10,12 @@ use crate::sizing::SubsystemSizing;
 
 /// Drops, one after the other, every facet that the facets still there imply for all v and all references inside
 /// what (25b) leaves them. Tube rows stay: e is any deviation for which the problem has a solution, and each of
-/// them can stop that. Nothing else depends on e, so it does not enter.
-pub fn prune(condensed: Condensed, s: &Subsystem, sized: &SubsystemSizing, N: usize) -> Condensed {
+/// them can stop that. Nothing else depends on e, so it does not enter. With `anywhere` the references may be any: those of
+/// start-up plans go beyond (25b).
+pub fn prune(condensed: Condensed, s: &Subsystem, sized: &SubsystemSizing, N: usize, anywhere: bool) -> Condensed {
     let space = Space { s, N };
     let (tube, mut rows): (Vec<_>, Vec<_>) = condensed.rows.into_iter().partition(|row| row.kind == RowKind::Tube);
-    let references = space.references(sized);
+    let references = if anywhere { Vec::new() } else { space.references(sized) };
     // What is left out is implied by what stays, so the hull of all facets remains one.
     let hull = space.polytope(&rows, None, &references).hull();
     for r in (0..rows.len()).rev() {

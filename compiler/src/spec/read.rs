@@ -8,7 +8,7 @@ use super::value::{
 };
 use super::{
     At, Coefficients, Collective, CouplingConstraint, Cover, Import, OutputRow, Reference, RiccatiWeights, Sizing,
-    Spec, Subsystem,
+    Spec, StartOf, Subsystem,
 };
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, code};
 use crate::gains::GainChoice;
@@ -21,6 +21,7 @@ pub(super) fn spec(file: &mut Table<'_>, errors: &mut Diagnostics) -> Option<Spe
     let reference = file.optional("reference", errors, reference).unwrap_or_default();
     let sizing = file.optional("sizing", errors, sizing).unwrap_or_default();
     let gains = file.optional("gains", errors, gains);
+    let start_anywhere = file.optional("start-anywhere", errors, boolean);
     let collective = file.optional("collective", errors, collective);
     let subsystems = file.required("subsystem", errors, subsystems);
     let coupling_constraints = file.optional("coupling-constraint", errors, constraints).unwrap_or_default();
@@ -32,6 +33,7 @@ pub(super) fn spec(file: &mut Table<'_>, errors: &mut Diagnostics) -> Option<Spe
         reference,
         sizing,
         gains,
+        start_anywhere,
         collective,
         subsystems: subsystems?,
         coupling_constraints,
@@ -157,14 +159,29 @@ fn subsystem(name: At<String>, value: &Value<'_>, errors: &mut Diagnostics) -> O
     let cover = table.optional("cover", errors, cover).unwrap_or_default();
     let cover_place = table.key_place("cover");
     let [reserve, y_weight] = ["reserve", "y-weight"].map(|key| table.optional(key, errors, per_signal));
+    let [x0, d0] = ["x0", "d0"].map(|key| table.optional(key, errors, row));
     let from = table.optional("from", errors, |from, errors| neighbours(&name.value, from, errors)).unwrap_or_default();
     table.refuse_unknown(errors);
     #[rustfmt::skip]
     let subsystem = Subsystem {
         name, states: states?, inputs: inputs?, outputs: outputs?, A, B, C, E, Cz, Dz, x, u, w, measurement_error, loads, M, d, d_rate,
-        Q, R, T, K, Kx, Ke, gain_weights, reference_weights, cover, cover_place, reserve, y_weight, from,
+        Q, R, T, K, Kx, Ke, gain_weights, reference_weights, cover, cover_place, reserve, y_weight, x0, d0,
+        from,
     };
     Some(subsystem)
+}
+
+/// The tables of a file of starts.
+pub(super) fn starts(file: &Table<'_>, errors: &mut Diagnostics) -> Option<Vec<StartOf>> {
+    all(file.named().map(|(entry, value)| start(entry.name(), &value, errors)))
+}
+
+fn start(subsystem: At<String>, value: &Value<'_>, errors: &mut Diagnostics) -> Option<StartOf> {
+    let what = format!("the start of subsystem `{}`", subsystem.value);
+    let mut table = Table::of(what, value, errors)?.at(subsystem.place.clone());
+    let [x0, d0] = ["x0", "d0"].map(|key| table.optional(key, errors, row));
+    table.refuse_unknown(errors);
+    Some(StartOf { subsystem, x0, d0 })
 }
 
 /// Subsystem names become names of files and of Rust items.

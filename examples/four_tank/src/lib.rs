@@ -29,6 +29,11 @@ pub mod disturbed_controllers {
     include!(concat!(env!("OUT_DIR"), "/four_tank_disturbed/mod.rs"));
 }
 
+/// What it emitted for `designs/started.toml`.
+pub mod started_controllers {
+    include!(concat!(env!("OUT_DIR"), "/four_tank_started/mod.rs"));
+}
+
 /// The summary of the design, as the compiler's command prints it.
 pub const SUMMARY: &str = include_str!(concat!(env!("OUT_DIR"), "/four_tank/summary.txt"));
 
@@ -37,3 +42,6 @@ pub const DESIGN_JSON: &str = include_str!(concat!(env!("OUT_DIR"), "/four_tank/
 
 /// The same of `designs/disturbed.toml`.
 pub const DISTURBED_DESIGN_JSON: &str = include_str!(concat!(env!("OUT_DIR"), "/four_tank_disturbed/design.json"));
+
+/// The same of `designs/started.toml`.
+pub const STARTED_DESIGN_JSON: &str = include_str!(concat!(env!("OUT_DIR"), "/four_tank_started/design.json"));

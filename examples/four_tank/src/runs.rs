@@ -10,6 +10,7 @@ use crate::plant::{LinearTanks, Plant};
 use crate::random::Random;
 use crate::scenario::Scenario;
 use crate::sets::Promise;
+use crate::started_controllers as started;
 use crate::trajectory::Trajectory;
 use crate::upset::admitted_state;
 
@@ -29,6 +30,20 @@ pub struct Run {
 /// The controllers refuse to start, or a message got lost.
 pub fn from_rest(plant: &dyn Plant, promise: &Promise, scenario: &Scenario) -> Result<Run, Failure> {
     follow(at_rest(plant, promise)?, promise, scenario, |_, _| {})
+}
+
+/// From the start that `designs/started.toml` states, by its start-up plan, through `scenario`; `promise` is that design's.
+///
+/// # Errors
+/// As [`from_rest`].
+pub fn planned(promise: &Promise, scenario: &Scenario) -> Result<Run, Failure> {
+    let (first, to_right) = started::left::start_planned(&started::left::START, &started::left::START_X)?;
+    let (second, to_left) = started::right::start_planned(&started::right::START, &started::right::START_X)?;
+    let first = Process::new(first, started::left::FROM_RIGHT);
+    let second = Process::new(second, started::right::FROM_LEFT);
+    let nodes: [Started; 2] = [(Box::new(first), to_right), (Box::new(second), to_left)];
+    let ([h1, h2], [h3, h4]) = (started::left::START_X, started::right::START_X);
+    follow(ClosedLoop::new(&LinearTanks, promise, nodes, [h1, h2, h3, h4]), promise, scenario, |_, _| {})
 }
 
 /// Tanks and controllers at rest at zero deviation.

@@ -2,6 +2,7 @@
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
 mod pair;
+mod plan;
 mod random;
 mod reference;
 mod solver;

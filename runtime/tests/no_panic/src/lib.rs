@@ -3,7 +3,7 @@
 #![forbid(unsafe_code)]
 
 use dpc_runtime::tables::{Clamp, Nearest};
-use dpc_runtime::{Controller, Inbox, Link, Message, Refused, StartError, SteadyState, Step, Tables};
+use dpc_runtime::{Controller, Inbox, Link, Message, Refused, StartError, StartPlan, SteadyState, Step, Tables};
 
 pub mod four_tank {
     use super::*;
@@ -16,6 +16,14 @@ pub mod four_tank {
         steady: &SteadyState<2, 1>,
     ) -> Result<(Node<'a>, Message<1, 1>), StartError> {
         Controller::start(tables, steady)
+    }
+
+    pub fn start_planned<'a>(
+        tables: &'a Tables<Layer, 2, 1, 1, 1, 1, 0, 0, 1, 3, 5, 21, 4, 6, 6>,
+        plan: &'a StartPlan<'a, 2, 1, 1, 3>,
+        x: &[f64; 2],
+    ) -> Result<(Node<'a>, Message<1, 1>), StartError> {
+        Controller::start_planned(tables, plan, None, x)
     }
 
     pub fn accept(inbox: &mut Inbox<1, 0, 1>, link: &Link<1, 1>, message: &Message<1, 1>) -> Result<(), Refused> {
