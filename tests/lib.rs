@@ -3,10 +3,12 @@
 pub mod checker;
 pub mod host_loop;
 pub mod least_distance;
+pub mod load_shares;
 pub mod plants;
 pub mod problem_checker;
 pub mod random_network;
 pub mod strips;
+pub mod unknowns;
 
 use std::fs;
 use std::path::{Path, PathBuf};
