@@ -7,8 +7,10 @@ pub mod load_shares;
 pub mod plants;
 pub mod problem_checker;
 pub mod random_network;
+pub mod runtime_twin;
 pub mod strips;
 pub mod unknowns;
+pub mod weather;
 
 use std::fs;
 use std::path::{Path, PathBuf};

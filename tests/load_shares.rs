@@ -85,6 +85,11 @@ impl LoadShares {
         share
     }
 
+    /// (x, e) at rest under the loads d, all outputs' references 0.
+    pub fn rest(&self, d: &DVector<f64>) -> DVector<f64> {
+        &self.steady * d
+    }
+
     /// The direction in which each load should move now for the row d over (x, e) to be largest `left` steps later.
     pub fn wanted(&self, d: &DVector<f64>, left: usize) -> DVector<f64> {
         let mut row = d.clone();

@@ -54,14 +54,9 @@ impl Unknowns {
         }
     }
 
-    /// Whether anything is added to the state that the controller does not know, or its measurement errs.
-    pub fn is_none(&self) -> bool {
-        self.is_exact() && self.loads.is_empty() && self.corners.iter().all(|w| w.amax() == 0.0)
-    }
-
-    /// Whether states are measured without error.
-    pub fn is_exact(&self) -> bool {
-        self.error.iter().all(|v| *v == 0.0)
+    /// Whether there is nothing that the controller does not know: w and v are 0.
+    pub fn is_known(&self) -> bool {
+        self.error.amax() == 0.0 && self.corners.iter().all(|w| w.amax() == 0.0)
     }
 
     /// The w with the largest d'w.
