@@ -757,7 +757,9 @@ fn compare_with_clarabel(instance: &Instance<NV>, w: &[f64; NV], tally: &mut Tal
     match instance.truth() {
         Truth::Minimiser(truth) => {
             tally.compared += 1;
-            tally.difference = tally.difference.max((&truth - &w).norm() / truth.norm());
+            // A minimiser may be 0 up to the rounding of the limits.
+            let size = truth.norm().max(1e-6 * instance.scale());
+            tally.difference = tally.difference.max((&truth - &w).norm() / size);
         }
         Truth::Infeasible => tally.violation("Clarabel calls (33) infeasible", 1.0),
         Truth::Unknown => {}

@@ -183,14 +183,25 @@ fn a_design_that_left_something_out_is_caught() {
 }
 
 /// A way to spoil a design a little, in what it takes for unknowns.
-const SPOILT_MARGINS: [Spoil; 5] = [
-    ("(18)", |d, part| d.network.subsystems[0].measurement_error *= 1.0 + part),
-    ("(35a')", |d, part| d.network.subsystems[0].measurement_error *= 1.0 + part),
+const SPOILT_MARGINS: [Spoil; 6] = [
+    ("(18)", |d, part| {
+        d.network.subsystems[0].w.iter_mut().for_each(|w| w.set.h *= 1.0 + part);
+    }),
+    ("Uhat_i", |d, part| d.network.subsystems[0].measurement_error *= 1.0 + part),
+    ("(35a')", |d, part| spoil_measurement(d, part)),
     ("loads charged in full", |d, part| d.sets.subsystems[0].x_rows.iter_mut().for_each(|row| row.load *= 1.0 - part)),
     ("(25b) what references may take", |d, part| d.network.subsystems[0].loads.max *= 1.0 + part),
     // One step more than the references are behind.
     ("(18)", |d, _| d.network.horizon += 1),
 ];
+
+/// An error that is a little more than (35a') can allow at rest.
+fn spoil_measurement(design: &mut Design, part: f64) {
+    let (s, E) = (&mut design.network.subsystems[0], &design.sizing.subsystems[0].E);
+    let noise = E.P.abs() * &s.measurement_error;
+    let most = E.q.iter().zip(&noise).map(|(q, noise)| q / (2.0 * noise)).fold(f64::INFINITY, f64::min);
+    s.measurement_error *= most * (1.0 + part);
+}
 
 #[test]
 fn a_design_with_spoilt_margins_is_caught() {

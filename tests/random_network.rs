@@ -191,7 +191,7 @@ fn head(seed: u64, random: &mut Random) -> String {
 /// With a random stream of its own: the plant, its limits and its tuning stay.
 fn disturb(seed: u64, drafts: &mut [Draft]) {
     let random = &mut Random(seed.wrapping_mul(0x9fb2_1c65_1e98_df25) ^ 0x5bf0_3635);
-    let size = random.magnitude(1e-4, 3e-2);
+    let size = random.magnitude(3e-4, 0.15);
     let sure = random.below(drafts.len());
     for (i, draft) in drafts.iter_mut().enumerate() {
         if i == sure || random.chance(0.6) {
