@@ -138,7 +138,8 @@ impl Stated {
         match random.below(3) {
             0 => {
                 let cut = |random: &mut Random| (0..n).map(|_| short(random.between(-1.0, 1.0))).collect();
-                rows = (0..1 + random.below(2)).map(|_| (cut(random), short(size * random.between(0.1, 1.0)))).collect();
+                rows =
+                    (0..1 + random.below(2)).map(|_| (cut(random), short(size * random.between(0.1, 1.0)))).collect();
             }
             1 => {
                 rows = slanted(random, n, size);
@@ -169,8 +170,8 @@ impl Stated {
         });
         let loads: Vec<Load> = (0..count).map(|_| load(random, size)).collect();
         let names: Vec<String> = (1..=count).map(|k| format!("d{subsystem}{k}")).collect();
-        let [min, max, rate] = [|d: &Load| d.min, |d: &Load| d.max, |d: &Load| d.rate]
-            .map(|of| loads.iter().map(of).collect::<Vec<_>>());
+        let [min, max, rate] =
+            [|d: &Load| d.min, |d: &Load| d.max, |d: &Load| d.rate].map(|of| loads.iter().map(of).collect::<Vec<_>>());
         let rows: Vec<Vec<f64>> = M.row_iter().map(|row| row.iter().copied().collect()).collect();
         self.loads = format!("loads = {names:?}\nM = {rows:?}\nd = {{ min = {min:?}, max = {max:?} }}\n");
         if random.chance(0.8) {

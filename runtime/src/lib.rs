@@ -74,6 +74,12 @@
 //! [`doubt`](tables::DpcProblem::doubt), which keep the *true* deviation x - xhat in E_i; constraints, statuses and the guarantee
 //! are about the true state. The step after an infeasible one, and the first, rest on the measurement alone.
 //!
+//! A disturbance outside W_i, also one that trouble at a neighbour brings, shows only as far as the measurement can tell it
+//! from its own error: where it takes x_t out of E_i around the forecast by less than twice that error, the step may be feasible
+//! all the same. Then x_t - xhat_t is outside E_i by no more than that, and by less at every further step, since E_i draws in
+//! whatever is outside of it. So after trouble anywhere in the network the guarantee of such a subsystem comes back step by
+//! step, or at once with a step that is feasible by the measurement alone.
+//!
 //! # Measured disturbances
 //! Where the file states loads, an emitted file has a `LOADS` value and its `start` gives a [`Loads`] beside the controller:
 //!
