@@ -200,6 +200,30 @@ fn on_the_problems_of_other_shapes() {
     assert!(count.constrained * 10 > count.cold);
 }
 
+/// The same with (35a'), where states are measured with an error and there is no forecast.
+fn examine_in_doubt(design: &Design, random: &mut Random, rays: usize, count: &mut Count) {
+    for i in 0..design.network.subsystems.len() {
+        let problem = Problem::new(design, i);
+        let dpc = problem.dpc;
+        let room = |r: usize| dpc.upper[r] - dpc.noise[r];
+        let limits: Vec<_> = (0..dpc.noise.len()).map(|r| (-room(r), room(r))).collect();
+        let tables = |at: &Parameters| Instance::<NV>::new(dpc, at).with_tube(dpc, at, &limits);
+        Emitted { problem, tables }.examine(random, rays, count);
+    }
+}
+
+#[test]
+fn on_the_problems_of_disturbed_networks() {
+    let (mut count, mut designs) = (Count::default(), 0);
+    for seed in 0..cases_wanted(12) as u64 {
+        let Ok(design) = Design::new(RandomNetwork::disturbed(seed).source()) else { continue };
+        examine_in_doubt(&design, &mut Random(seed), 4, &mut count);
+        designs += 1;
+    }
+    println!("{designs} disturbed networks: {count}");
+    assert!(count.constrained * 10 > count.cold && count.alone * 10 < count.parameters);
+}
+
 #[test]
 fn on_the_problems_of_random_networks() {
     let (mut count, mut designs) = (Count::default(), 0);

@@ -6,8 +6,11 @@ use dpc_codegen::network::{Network, Norm, Subsystem};
 use dpc_codegen::sizing::SubsystemSizing;
 use nalgebra::{DMatrix, DVector, RowDVector};
 
+use crate::Random;
+use crate::load_shares::LoadShares;
 use crate::random_network::Plant;
 use crate::strips::SymmetricSet;
+use crate::unknowns::Unknowns;
 
 /// One inequality of the paper, as this module finds it.
 #[derive(Debug, Clone)]
@@ -28,15 +31,17 @@ const AGREE: f64 = 1e-9;
 /// and oblique modes. It is safe, and mostly far less: see [`Claim::overcharge`].
 const CHARGE: f64 = 1.0;
 const CHARGED_ONCE: &str = "Delta^chi charged once";
+const LOADS_ONCE: &str = "loads charged once";
 
 impl Claim {
     pub fn holds(&self) -> bool {
         self.slack >= EXACT
     }
 
-    /// By how much a support value of Delta^chi is charged above its sum, relative, where this claim is about that.
+    /// By how much a support value of Delta^chi or of the loads is charged above its sum, relative, where this claim is
+    /// about that.
     pub fn overcharge(&self) -> Option<f64> {
-        self.what.ends_with(CHARGED_ONCE).then_some(CHARGE - self.slack)
+        [CHARGED_ONCE, LOADS_ONCE].iter().any(|what| self.what.ends_with(what)).then_some(CHARGE - self.slack)
     }
 }
 
@@ -45,15 +50,16 @@ pub fn claims(design: &Design) -> Vec<Claim> {
     let mut checker = Checker { design, model: Collective::new(design), claims: Vec::new() };
     checker.assumptions();
     let rates = Rates::new(&checker.model, design.network.reference.norm);
+    let rates = rates.and_then(|rates| Some((rates, LoadShares::new(&checker.model, &design.network)?)));
     for i in 0..design.network.subsystems.len() {
         checker.gains(i);
         match (Sets::new(design, i), &rates) {
-            (Some(sets), Some(rates)) => checker.subsystem(i, &sets, rates),
+            (Some(sets), Some((rates, loads))) => checker.subsystem(i, &sets, rates, loads),
             _ => checker.claim(i, "E_i and Sigma_i are bounded and have an interior, calF is Schur", -1.0),
         }
     }
-    if let Some(rates) = &rates {
-        checker.coupling(rates);
+    if let Some((rates, loads)) = &rates {
+        checker.coupling(rates, loads);
     }
     checker.recorded();
     checker.claims
@@ -64,11 +70,14 @@ pub fn broken(design: &Design) -> Vec<Claim> {
     claims(design).into_iter().filter(|claim| !claim.holds()).collect()
 }
 
-/// Largest difference between what the text means and what the network says: collective matrices, relative.
+/// Largest difference between what the text means and what the network says: collective matrices and unknowns, relative.
 pub fn lowering_error(plant: &Plant, network: &Network) -> f64 {
     let model = Lowered::new(network);
     let pairs = [(&plant.A, &model.A), (&plant.B, &model.B), (&plant.C, &model.C)];
-    pairs.into_iter().map(|(one, other)| (one - other).amax() / one.amax()).fold(0.0, f64::max)
+    let matrices = pairs.into_iter().map(|(one, other)| (one - other).amax() / one.amax()).fold(0.0, f64::max);
+    let random = &mut Random(1);
+    let unknowns = plant.parts.iter().zip(&network.subsystems);
+    unknowns.map(|(part, s)| part.unknowns.difference(&Unknowns::of(s), random)).fold(matrices, f64::max)
 }
 
 /// The collective (A, B, C) of (5).
@@ -159,6 +168,13 @@ impl Collective {
 
     pub fn calG(&self) -> &DMatrix<f64> {
         &self.calG
+    }
+
+    /// A matrix over x_i as one over (x, e).
+    pub fn on_chi(&self, i: usize, M: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut whole = DMatrix::zeros(self.calF.nrows(), M.ncols());
+        put(&mut whole, self.x[i], 0, M);
+        whole
     }
 
     /// A row over x_i as a row over (x, e).
@@ -274,10 +290,27 @@ fn supports(set: &SymmetricSet, D: &DMatrix<f64>) -> Vec<f64> {
     D.row_iter().map(|d| support(set, &d.transpose())).collect()
 }
 
+/// The largest value of every row of D, by what one row can be worth.
+fn reaches(D: &DMatrix<f64>, reach: impl Fn(&DVector<f64>) -> f64) -> Vec<f64> {
+    D.row_iter().map(|d| reach(&d.transpose())).collect()
+}
+
 struct Checker<'a> {
     design: &'a Design,
     model: Collective,
     claims: Vec<Claim>,
+}
+
+/// A row of X_i or U_i, and what the design says of it.
+struct Charged {
+    /// Over (x, e).
+    d: DVector<f64>,
+    rate: f64,
+    load: f64,
+    references: f64,
+    terminal: f64,
+    room: f64,
+    h: f64,
 }
 
 impl Checker<'_> {
@@ -333,11 +366,12 @@ impl Checker<'_> {
         self.yes(i, "P_i is positive definite", g.P.clone().cholesky().is_some());
     }
 
-    fn subsystem(&mut self, i: usize, sets: &Sets, rates: &Rates) {
+    fn subsystem(&mut self, i: usize, sets: &Sets, rates: &Rates, loads: &LoadShares) {
         self.tube(i, sets);
+        self.measured(i);
         self.terminal(i, sets);
         self.tightened(i, sets);
-        self.references(i, sets, rates);
+        self.references(i, sets, rates, loads);
         self.wishes(i);
     }
 
@@ -346,7 +380,8 @@ impl Checker<'_> {
         (s, &self.design.sizing.subsystems[i], g.K.clone())
     }
 
-    /// (18) with W_i = E_i sum of L_ij Z_j and what finite arithmetic adds, (21) with (22).
+    /// (18') with W_i = E_i sum of L_ij Z_j + D_i + B_ii K_i V + M_i (d - dref) and what finite arithmetic adds, (21') with
+    /// (22').
     fn tube(&mut self, i: usize, sets: &Sets) {
         let (s, sized, K) = self.sized(i);
         let F = &s.A + &s.B * &K;
@@ -354,6 +389,13 @@ impl Checker<'_> {
         for (&j, L) in &s.L {
             disturbance += (&sized.E.P * &s.E * L).abs() * &self.design.sizing.subsystems[j].zeta;
         }
+        let (unknowns, steps) = (Unknowns::of(s), self.design.network.horizon - 1);
+        let alone = |d: &DVector<f64>| {
+            let through_gain = (&s.B * &K).tr_mul(d);
+            unknowns.reach_of_w(d) + unknowns.reach_of_v(&through_gain) + unknowns.reach_of_lag(d, steps)
+        };
+        disturbance += DVector::from_vec(reaches(&sized.E.P, alone));
+        let through_gain = reaches(&(&s.Dz * &K), |d| unknowns.reach_of_v(d));
         let moved = supports(&sets.E, &(&sized.E.P * &F));
         let z = supports(&sets.E, &(&s.Cz + &s.Dz * &K));
         let (q, zeta, dz) = (sized.E.q.clone(), sized.zeta.clone(), sized.dz.clone());
@@ -361,8 +403,17 @@ impl Checker<'_> {
             self.at_most(i, "(18) E_i is robustly invariant", moved[r] + disturbance[r], q[r], q[r]);
         }
         for k in 0..zeta.len() {
-            self.at_most(i, "(21), (22)", z[k] + dz[k], zeta[k], zeta[k]);
+            self.at_most(i, "(21), (22)", z[k] + through_gain[k] + dz[k], zeta[k], zeta[k]);
             self.yes(i, "(21) Delta_i^z has an interior", dz[k] > 0.0);
+        }
+    }
+
+    /// (35a') can hold at rest, whatever the measurement says.
+    fn measured(&mut self, i: usize) {
+        let (s, sized, _) = self.sized(i);
+        let noise = reaches(&sized.E.P, |p| Unknowns::of(s).reach_of_v(p));
+        for (noise, q) in noise.into_iter().zip(sized.E.q.clone().iter()) {
+            self.at_most(i, "(35a') q is at least twice the error", 2.0 * noise, *q, *q);
         }
     }
 
@@ -386,43 +437,62 @@ impl Checker<'_> {
         }
     }
 
-    /// Xhat_i in X_i - E_i, Uhat_i in U_i - K_i E_i.
+    /// Xhat_i in X_i - E_i, Uhat_i in U_i - K_i E_i - K_i V.
     fn tightened(&mut self, i: usize, sets: &Sets) {
         let (s, sized, K) = self.sized(i);
         let of_x = supports(&sets.E, &s.X.H);
-        let of_u = supports(&sets.E, &(&s.U.H * K));
+        let of_u = supports(&sets.E, &(&s.U.H * &K));
+        let noise = reaches(&(&s.U.H * K), |d| Unknowns::of(s).reach_of_v(d));
         let same = sized.X_nom.H == s.X.H && sized.U_nom.H == s.U.H;
         let x: Vec<_> = (0..of_x.len()).map(|r| (of_x[r] + sized.X_nom.h[r], s.X.h[r])).collect();
-        let u: Vec<_> = (0..of_u.len()).map(|r| (of_u[r] + sized.U_nom.h[r], s.U.h[r])).collect();
+        let u: Vec<_> = (0..of_u.len()).map(|r| (of_u[r] + noise[r] + sized.U_nom.h[r], s.U.h[r])).collect();
         self.yes(i, "Xhat_i, Uhat_i have the rows of X_i, U_i", same);
         x.into_iter().for_each(|(left, right)| self.at_most(i, "Xhat_i in X_i - E_i", left, right, right));
         u.into_iter().for_each(|(left, right)| self.at_most(i, "Uhat_i in U_i - K_i E_i", left, right, right));
     }
 
-    /// Delta^chi as charged, and (25b).
-    fn references(&mut self, i: usize, sets: &Sets, rates: &Rates) {
+    /// Delta^chi and loads as charged, and (25b).
+    fn references(&mut self, i: usize, sets: &Sets, rates: &Rates, loads: &LoadShares) {
+        let epsilon = self.design.sizing.epsilon;
+        for Charged { d, rate, load, references, terminal, room, h } in self.charged(i, sets) {
+            let (sum, share) = (rates.support(&d), loads.of(&d));
+            let taken = rates.steady_support(self.design, &d) + epsilon * sum + share.bound();
+            self.charge(i, sum, rate);
+            self.loads(i, share.bound(), share.attained, load, h);
+            self.at_most(i, "(25b) what references may take", taken, references, h);
+            self.at_most(i, "(25b)", taken + terminal, room, h);
+            self.at_most(i, "(25b) as charged", references + terminal, room, h);
+        }
+    }
+
+    fn charged(&self, i: usize, sets: &Sets) -> Vec<Charged> {
         let (s, sized, K) = self.sized(i);
         let shapes = &self.design.sets.subsystems[i];
         let of_x = supports(&sets.Sigma, &s.X.H);
         let of_u = supports(&sets.Sigma, &(&s.U.H * K));
-        let epsilon = self.design.sizing.epsilon;
         let mut rows = Vec::new();
         for (r, row) in s.X.H.row_iter().enumerate() {
             let d = self.model.on_x(i, &row.into_owned());
-            rows.push((d, shapes.x_rows[r].rate, sized.x_ref[r], of_x[r], sized.X_nom.h[r], s.X.h[r]));
+            let (share, references) = (&shapes.x_rows[r], sized.x_ref[r]);
+            let (terminal, room, h) = (of_x[r], sized.X_nom.h[r], s.X.h[r]);
+            rows.push(Charged { d, rate: share.rate, load: share.load, references, terminal, room, h });
         }
         for (r, row) in s.U.H.row_iter().enumerate() {
             let d = self.model.on_u(i, &row.into_owned());
-            rows.push((d, shapes.u_rows[r].rate, sized.u_ref[r], of_u[r], sized.U_nom.h[r], s.U.h[r]));
+            let (share, references) = (&shapes.u_rows[r], sized.u_ref[r]);
+            let (terminal, room, h) = (of_u[r], sized.U_nom.h[r], s.U.h[r]);
+            rows.push(Charged { d, rate: share.rate, load: share.load, references, terminal, room, h });
         }
-        for (d, rate, charged, of_sigma, room, h) in rows {
-            let sum = rates.support(&d);
-            let taken = rates.steady_support(self.design, &d) + epsilon * sum;
-            self.charge(i, sum, rate);
-            self.at_most(i, "(25b) what references may take", taken, charged, h);
-            self.at_most(i, "(25b)", taken + of_sigma, room, h);
-            self.at_most(i, "(25b) as charged", charged + of_sigma, room, h);
-        }
+        rows
+    }
+
+    /// What is charged for loads is the smaller bound, hardly more, and more than what some loads really take. What does
+    /// not matter beside the limit `h` is rounding.
+    fn loads(&mut self, i: usize, bound: f64, attained: f64, charged: f64, h: f64) {
+        let scale = bound.max(1e-9 * h);
+        self.at_most(i, "loads charged in full", bound, charged * (1.0 + 1e-11), scale);
+        self.at_most(i, "loads take no more than charged", attained, charged, scale);
+        self.at_most(i, LOADS_ONCE, charged, bound + scale * CHARGE, scale);
     }
 
     /// The design charges no less than the sum, and hardly more.
@@ -448,20 +518,26 @@ impl Checker<'_> {
     }
 
     /// (26), and (4).
-    fn coupling(&mut self, rates: &Rates) {
+    fn coupling(&mut self, rates: &Rates, loads: &LoadShares) {
         let Design { network, sizing, sets, .. } = self.design;
         for (h, c) in network.coupling_constraints.iter().enumerate() {
             let mut taken = 0.0;
+            let mut on_y = DVector::zeros(self.model.calF.nrows());
             for (&j, row) in &c.H {
                 let s = &network.subsystems[j];
-                let sum = rates.support(&self.model.on_x(j, &(row.transpose() * &s.C)));
+                let d = self.model.on_x(j, &(row.transpose() * &s.C));
+                let sum = rates.support(&d);
+                on_y += d;
                 taken += sizing.epsilon * sum + c.Hz[&j].abs().dot(&sizing.subsystems[j].zeta);
                 let mismatch = (row.transpose() * &s.C - c.Hz[&j].transpose() * &s.Cz).amax();
                 let direct = (c.Hz[&j].transpose() * &s.Dz).amax();
                 self.charge(j, sum, sets.coupling[h][&j]);
                 self.at_most(j, "(4)", mismatch.max(direct), 1e-12 * row.amax(), row.amax());
             }
-            self.at_most(0, "(26)", taken + sizing.l_tilde[h], c.l, c.l);
+            let share = loads.of(&on_y);
+            self.loads(0, share.transient, share.attained, sets.coupling_loads[h], c.l);
+            self.at_most(0, "loads leave no error", share.at_rest, 1e-9 * share.transient, c.l);
+            self.at_most(0, "(26)", taken + share.transient + sizing.l_tilde[h], c.l, c.l);
             self.yes(0, "(26) leaves room", sizing.l_tilde[h] > 0.0);
         }
     }

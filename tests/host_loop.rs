@@ -7,14 +7,18 @@ use std::collections::BTreeMap;
 use dpc_codegen::design::Design;
 use dpc_codegen::network::{Network, Norm};
 use dpc_codegen::start::{StartPlan, SubsystemPlan};
-use dpc_runtime::solver::{Outcome, Solver, WorkingSet};
+use dpc_runtime::solver::{Outcome, Rows, Solver, WorkingSet};
 use nalgebra::{DMatrix, DVector};
 
 use crate::Random;
 use crate::checker::{Collective, Rates};
 use crate::least_distance::{Instance, Parameters, Truth};
+use crate::load_shares::LoadShares;
 use crate::problem_checker::Problem;
-use crate::random_network::Plant;
+use crate::random_network::{Part, Plant};
+use crate::runtime_twin;
+use crate::unknowns::Unknowns;
+use crate::weather::{Adversary, Course, Inflow, Nuisance};
 
 /// Unknowns of the largest problem: 4 states, 6 steps of 2 inputs.
 pub const NV: usize = 16;
@@ -43,6 +47,17 @@ pub enum Neighbours {
     Adversarial,
 }
 
+/// What w, v and the loads do, as far as the plant has them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Weather {
+    /// The worst that is stated; loads drive the row of [`Mission::BangBang`] too.
+    Worst,
+    /// Loads break their bounds and rates.
+    Breaking,
+    /// Nothing happens: loads are at rest where they are.
+    Calm,
+}
+
 /// What a run counted.
 #[derive(Debug, Clone, Default)]
 pub struct Tally {
@@ -56,6 +71,13 @@ pub struct Tally {
     /// Solutions compared with Clarabel's, and the largest relative difference.
     pub compared: usize,
     pub difference: f64,
+    /// Problems in which (35a') took the forecast where the measurement alone would have allowed less.
+    pub forecasts: usize,
+    /// What the runtime's own code was asked too: (35a') and loads.
+    pub twins: usize,
+    /// After a load broke its bounds or rates: steps of a subsystem for which something is promised, and for which nothing is.
+    pub recovered: usize,
+    pub unsure: usize,
     /// By kind: how often, and the worst relative amount.
     pub violations: BTreeMap<String, (usize, f64)>,
     /// How near every kind of limit came, as a share of it: 1 is at the limit.
@@ -85,6 +107,10 @@ impl Tally {
         self.constrained += other.constrained;
         self.most_iterations = self.most_iterations.max(other.most_iterations);
         self.compared += other.compared;
+        self.forecasts += other.forecasts;
+        self.twins += other.twins;
+        self.recovered += other.recovered;
+        self.unsure += other.unsure;
         self.difference = self.difference.max(other.difference);
         for (what, (count, worst)) in other.violations {
             let entry = self.violations.entry(what).or_insert((0, 0.0));
@@ -100,6 +126,24 @@ impl Tally {
 /// One controller: the references from now to the horizon, and the last working set.
 struct Node<'a> {
     problem: Problem<'a>,
+    unknowns: &'a Unknowns,
+    BK: DMatrix<f64>,
+    adversary: Adversary,
+    /// What acts in this step.
+    nuisance: Nuisance,
+    inflow: Inflow,
+    /// dref of this step, ..., t + N - 1.
+    d_ref: Vec<DVector<f64>>,
+    /// What the loads were at the start, and then what was made of them: M dref_{t+N-1}, and whether they kept what is assumed.
+    first_d: DVector<f64>,
+    admitted: Vec<(DVector<f64>, DVector<f64>, bool)>,
+    /// The last plan, one step on: (47).
+    candidate: DVector<f64>,
+    /// Whether the true state is known to lie within E_i of the candidate's first state.
+    forecast: bool,
+    /// Whether this step's problem has a solution; whether that alone, whatever was before, puts x - xhat into E_i.
+    feasible: bool,
+    alone: bool,
     x_ref: Vec<DVector<f64>>,
     u_ref: Vec<DVector<f64>>,
     y_ref: Vec<DVector<f64>>,
@@ -131,6 +175,10 @@ pub struct HostLoop<'a> {
     upset: f64,
     /// Every how many solved problems Clarabel is asked too; 0: never.
     compare: usize,
+    weather: Weather,
+    loads: LoadShares,
+    /// Whether no load has broken its bounds or rates so far.
+    trusted: bool,
     pub tally: Tally,
 }
 
@@ -154,25 +202,73 @@ impl<'a> HostLoop<'a> {
     ) -> Self {
         let model = Collective::new(design);
         let rates = Rates::new(&model, design.network.reference.norm).expect("calF is Schur");
+        let loads = LoadShares::new(&model, &design.network).expect("I - calF is regular");
         let y = steady_output(design, random);
-        let chi = model.steady().expect("I - calF is regular") * &y;
-        let nodes: Vec<_> = (0..plant.parts.len()).map(|i| Node::rest(design, plant, i, &chi, &y)).collect();
-        let x = nodes.iter().map(|node| &node.x_ref[0] + node.upset(random) * upset).collect();
+        let inflows: Vec<_> = plant.parts.iter().map(|part| Inflow::new(&part.unknowns, random)).collect();
+        let d = concat(&inflows.iter().map(|inflow| inflow.d.clone()).collect::<Vec<_>>());
+        let chi = model.steady().expect("I - calF is regular") * &y + loads.rest(&d);
+        let rest = |(i, inflow)| Node::rest(design, plant, i, &chi, &y, inflow);
+        let mut nodes: Vec<_> = inflows.into_iter().enumerate().map(rest).collect();
+        nodes.iter_mut().for_each(|node| node.choose(&DVector::zeros(node.problem.s.n()), random));
+        let x = nodes.iter().map(|node| node.upset_state(random, upset)).collect();
         let signs = design.network.subsystems.iter().map(|s| DVector::from_element(s.nz(), 1.0)).collect();
         let (set_point, step, compare, tally) = (y, 0, 0, Tally::default());
-        Self { design, plant, model, rates, nodes, x, neighbours, signs, set_point, step, upset, compare, tally }
+        let (weather, trusted) = (Weather::Worst, true);
+        Self {
+            design,
+            plant,
+            model,
+            rates,
+            nodes,
+            x,
+            neighbours,
+            signs,
+            set_point,
+            step,
+            upset,
+            compare,
+            weather,
+            loads,
+            trusted,
+            tally,
+        }
+    }
+
+    /// With other weather from now on.
+    pub fn under(mut self, weather: Weather) -> Self {
+        self.weather = weather;
+        self
     }
 
     /// Starts where a plan was made for.
     pub fn planned(design: &'a Design, plant: &'a Plant, plan: &'a StartPlan) -> Self {
         let model = Collective::new(design);
         let rates = Rates::new(&model, design.network.reference.norm).expect("calF is Schur");
-        let nodes: Vec<_> = (0..plant.parts.len()).map(|i| Node::planned(design, i, &plan.subsystems[i])).collect();
+        let nodes: Vec<_> =
+            (0..plant.parts.len()).map(|i| Node::planned(design, plant, i, &plan.subsystems[i])).collect();
         let set_point = concat(&nodes.iter().map(|node| node.newest_y().clone()).collect::<Vec<_>>());
         let signs = design.network.subsystems.iter().map(|s| DVector::from_element(s.nz(), 1.0)).collect();
         let (x, neighbours, upset) = (plan.start.x0.clone(), Neighbours::True, 0.0);
-        let (step, compare, tally) = (0, 0, Tally::default());
-        Self { design, plant, model, rates, nodes, x, neighbours, signs, set_point, step, upset, compare, tally }
+        let loads = LoadShares::new(&model, &design.network).expect("I - calF is regular");
+        let (step, compare, tally, weather, trusted) = (0, 0, Tally::default(), Weather::Worst, true);
+        Self {
+            design,
+            plant,
+            model,
+            rates,
+            nodes,
+            x,
+            neighbours,
+            signs,
+            set_point,
+            step,
+            upset,
+            compare,
+            weather,
+            loads,
+            trusted,
+            tally,
+        }
     }
 
     /// Also asks Clarabel about every `every`-th problem.
@@ -181,9 +277,11 @@ impl<'a> HostLoop<'a> {
         self
     }
 
-    /// Runs without further upsets.
+    /// Runs without further upsets, in calm weather.
     pub fn settle(&mut self, mission: &Mission, steps: usize, random: &mut Random) {
         self.upset = 0.0;
+        self.weather = Weather::Calm;
+        self.nodes.iter_mut().for_each(|node| node.nuisance = Nuisance::none(node.problem.s.n()));
         self.run(mission, steps, random);
     }
 
@@ -193,19 +291,81 @@ impl<'a> HostLoop<'a> {
             if self.upset > 0.0 && self.step > 0 && self.step.is_multiple_of(CALM) {
                 self.upset(random);
             }
+            self.move_loads(mission, random);
             let u: Vec<_> = (0..self.nodes.len()).map(|i| self.control(i)).collect();
             self.check(&u);
             self.advance_plant(&u, random);
             self.advance_references();
+            self.expect_next(random);
             self.step += 1;
+        }
+    }
+
+    fn move_loads(&mut self, mission: &Mission, random: &mut Random) {
+        let wanted = match mission {
+            Mission::BangBang { subsystem, row } => Some(self.worst_loads(*subsystem, *row)),
+            _ => None,
+        };
+        let mut first = 0;
+        for node in &mut self.nodes {
+            let count = node.unknowns.loads.len();
+            let course = match (self.weather, &wanted) {
+                (Weather::Calm, _) => Course::Rest,
+                (Weather::Breaking, _) => Course::Breaking,
+                (Weather::Worst, Some(wanted)) => Course::Towards(wanted.rows(first, count).into_owned()),
+                (Weather::Worst, None) => Course::Free,
+            };
+            first += count;
+            node.inflow.advance(node.unknowns, &course, random);
+            node.admit();
+        }
+    }
+
+    /// What the next step starts from: candidates, forecasts, and what w and v will be.
+    fn expect_next(&mut self, random: &mut Random) {
+        for (node, x) in self.nodes.iter_mut().zip(&self.x) {
+            let kept = node.admitted.last().is_none_or(|(_, _, kept)| *kept);
+            self.trusted &= kept;
+            node.forecast = node.feasible && kept;
+            node.candidate = node.shifted();
+            let off = x - &node.x_ref[0] - node.candidate.rows(0, x.len());
+            if self.weather != Weather::Calm {
+                node.choose(&off, random);
+            }
+        }
+        if self.trusted {
+            for (node, x) in self.nodes.iter().zip(&self.x) {
+                let off = x - &node.x_ref[0] - node.candidate.rows(0, x.len());
+                let exact = 1e-3 * (node.problem.sized.E.P.abs() * x.abs()).amax();
+                for (value, q) in (&node.problem.sized.E.P * off).iter().zip(&node.problem.sized.E.q) {
+                    self.tally.at_most("(18) x - forecast in E", value.abs(), *q, q.max(exact));
+                }
+            }
         }
     }
 
     /// New deviations for all at once: Theorem 1 starts anew from any state for which every problem has a solution.
     fn upset(&mut self, random: &mut Random) {
         for (node, x) in self.nodes.iter_mut().zip(&mut self.x) {
-            *x = &node.x_ref[0] + node.upset(random) * (self.upset * random.between(0.3, 1.0));
+            node.forecast = false;
+            let share = self.upset * random.between(0.3, 1.0);
+            *x = node.upset_state(random, share);
             node.cost = f64::INFINITY;
+        }
+    }
+
+    /// The rest of what the runtime makes of loads, beside what this loop made of them.
+    pub fn compare_loads(&mut self) {
+        for node in self.nodes.iter().filter(|node| !node.unknowns.loads.is_empty()) {
+            let history: Vec<_> = node.admitted.iter().map(|(d, _, _)| d.clone()).collect();
+            let twin = runtime_twin::admitted(node.problem.N, node.unknowns, &node.first_d, &history);
+            for ((_, push, kept), (other, within)) in node.admitted.iter().zip(twin) {
+                self.tally.twins += 1;
+                self.tally.at_most("the runtime's loads", (push - other).amax(), 1e-12 * push.amax(), push.amax());
+                if *kept != within {
+                    self.tally.violation("the runtime says otherwise of a load", 1.0);
+                }
+            }
         }
     }
 
@@ -233,14 +393,30 @@ impl<'a> HostLoop<'a> {
         }
     }
 
+    /// The same for the loads of all subsystems.
+    fn worst_loads(&self, i: usize, row: usize) -> DVector<f64> {
+        let d = self.over_chi(i, row);
+        let (window, left) = (self.step / WINDOW, WINDOW - 1 - self.step % WINDOW);
+        match window % 3 {
+            0 => self.loads.wanted(&d, left),
+            1 => -self.loads.wanted(&d, left),
+            _ => self.loads.wanted_at_rest(&d),
+        }
+    }
+
+    /// Row `row` of X_i and U_i over (x, e).
+    fn over_chi(&self, i: usize, row: usize) -> DVector<f64> {
+        let s = &self.design.network.subsystems[i];
+        match row < s.X.H.nrows() {
+            true => self.model.on_x(i, &s.X.H.row(row).into_owned()),
+            false => self.model.on_u(i, &s.U.H.row(row - s.X.H.nrows()).into_owned()),
+        }
+    }
+
     /// The direction in which each output should move now for the row to be largest at the end of the window. Every other
     /// window drives the steady state instead.
     fn worst_signs(&self, i: usize, row: usize) -> DVector<f64> {
-        let s = &self.design.network.subsystems[i];
-        let d = match row < s.X.H.nrows() {
-            true => self.model.on_x(i, &s.X.H.row(row).into_owned()),
-            false => self.model.on_u(i, &s.U.H.row(row - s.X.H.nrows()).into_owned()),
-        };
+        let d = self.over_chi(i, row);
         let (window, left) = (self.step / WINDOW, WINDOW - 1 - self.step % WINDOW);
         if window % 3 == 2 {
             return self.rates.steady_direction(&d).map(f64::signum);
@@ -255,16 +431,22 @@ impl<'a> HostLoop<'a> {
     fn control(&mut self, i: usize) -> DVector<f64> {
         let compare = self.compare > 0 && self.tally.solved.is_multiple_of(self.compare);
         let node = &mut self.nodes[i];
-        let e = &self.x[i] - &node.x_ref[0];
-        let v = node.solve(&e, &mut self.tally, compare);
+        let deviation = &self.x[i] - &node.x_ref[0];
+        let e = &deviation + &node.nuisance.v;
+        let v = node.solve(&e, &mut self.tally, compare, self.trusted);
         let (s, g, sized) = (node.problem.s, node.problem.g, node.problem.sized);
         let dx = v.rows(0, s.n()).into_owned();
         let du = v.rows(s.n(), s.m()).into_owned();
-        let off = &sized.E.P * (&e - &dx);
+        let off = &sized.E.P * (deviation - &dx);
         // The difference of two states is as exact as they are: E_i may be as small as 1e-8 where nothing disturbs.
         let exact = 1e-3 * (sized.E.P.abs() * (self.x[i].abs() + dx.abs())).amax();
-        for (value, q) in off.iter().zip(&sized.E.q) {
+        for (value, q) in off.iter().zip(&sized.E.q).filter(|_| node.is_sure(self.trusted)) {
             self.tally.at_most("(35a) x - xhat in E", value.abs(), *q, q.max(exact));
+        }
+        let feasible = off.iter().zip(&sized.E.q).zip(sized.E.P.row_iter()).filter(|_| node.feasible);
+        for ((value, q), p) in feasible {
+            let doubt = q + 2.0 * node.unknowns.reach_of_v(&p.transpose());
+            self.tally.at_most("(35a') x - xhat in E up to twice the error", value.abs(), doubt, q.max(exact));
         }
         &node.u_ref[0] + du + &g.K * (e - dx)
     }
@@ -274,17 +456,26 @@ impl<'a> HostLoop<'a> {
         let (plant, tally) = (self.plant, &mut self.tally);
         for (i, node) in self.nodes.iter().enumerate() {
             let (s, sized) = (node.problem.s, node.problem.sized);
+            node.check_references(tally);
+            let sure = node.is_sure(self.trusted);
+            tally.recovered += usize::from(sure && !self.trusted);
+            tally.unsure += usize::from(!sure);
+            if !sure {
+                continue;
+            }
             tally.at_most("X", plant.parts[i].X.violation(self.x[i].as_slice()), 0.0, 1.0);
             tally.at_most("U", plant.parts[i].U.violation(u[i].as_slice()), 0.0, 1.0);
             let off = &s.Cz * (&self.x[i] - &node.x_ref[0]) + &s.Dz * (&u[i] - &node.u_ref[0]);
             for (off, zeta) in off.iter().zip(&sized.zeta) {
                 tally.at_most("(23) z - zref in Z", off.abs(), *zeta, *zeta);
             }
-            node.check_references(tally);
         }
         let y = self.outputs();
+        let sure = self.nodes.iter().all(|node| node.is_sure(self.trusted));
         for (h, (row, l)) in plant.coupling.iter().enumerate() {
-            self.tally.at_most("(3) coupling constraint", row.dot(&y), *l, *l);
+            if sure {
+                self.tally.at_most("(3) coupling constraint", row.dot(&y), *l, *l);
+            }
             if self.nodes.iter().any(Node::follows_plan) {
                 continue;
             }
@@ -295,10 +486,10 @@ impl<'a> HostLoop<'a> {
     }
 
     fn advance_plant(&mut self, u: &[DVector<f64>], random: &mut Random) {
-        let next = match self.neighbours {
+        let mut next: Vec<DVector<f64>> = match self.neighbours {
             Neighbours::True => {
                 let next = &self.plant.A * concat(&self.x) + &self.plant.B * concat(u);
-                let cut = |part: &crate::random_network::Part| next.rows(part.x.start, part.x.len()).into_owned();
+                let cut = |part: &Part| next.rows(part.x.start, part.x.len()).into_owned();
                 self.plant.parts.iter().map(cut).collect()
             }
             Neighbours::Adversarial => {
@@ -306,6 +497,9 @@ impl<'a> HostLoop<'a> {
                 (0..u.len()).map(|i| self.alone(i, &u[i])).collect()
             }
         };
+        for (node, next) in self.nodes.iter().zip(&mut next) {
+            *next += &node.nuisance.w + &node.unknowns.M * &node.inflow.d;
+        }
         self.x = next;
     }
 
@@ -359,7 +553,14 @@ impl<'a> HostLoop<'a> {
 
 impl<'a> Node<'a> {
     /// At rest at the collective steady state chi, ordered (x_1, ..., x_M, e_1, ..., e_M).
-    fn rest(design: &'a Design, plant: &Plant, i: usize, chi: &DVector<f64>, y: &DVector<f64>) -> Self {
+    fn rest(
+        design: &'a Design,
+        plant: &'a Plant,
+        i: usize,
+        chi: &DVector<f64>,
+        y: &DVector<f64>,
+        inflow: Inflow,
+    ) -> Self {
         let problem = Problem::new(design, i);
         let part = &plant.parts[i];
         let x = chi.rows(part.x.start, part.x.len()).into_owned();
@@ -368,17 +569,45 @@ impl<'a> Node<'a> {
         let y = y.rows(part.y.start, part.y.len()).into_owned();
         let N = problem.N;
         let (x_ref, u_ref, y_ref) = (vec![x; N], vec![u; N], vec![y; N]);
-        let (plan, newest, warm, cost) = (None, N - 1, WorkingSet::EMPTY, f64::INFINITY);
-        Self { problem, x_ref, u_ref, y_ref, e_ref, plan, newest, warm, cost }
+        Self { x_ref, u_ref, y_ref, e_ref, ..Self::new(problem, part, inflow) }
     }
 
-    fn planned(design: &'a Design, i: usize, plan: &'a SubsystemPlan) -> Self {
+    fn planned(design: &'a Design, plant: &'a Plant, i: usize, plan: &'a SubsystemPlan) -> Self {
         let problem = Problem::new(design, i);
-        let (N, s) = (problem.N, problem.s);
+        let (N, s, part) = (problem.N, problem.s, &plant.parts[i]);
         let (x_ref, u_ref) = (plan.x[..N].to_vec(), plan.u[..N].to_vec());
         let y_ref = x_ref.iter().map(|x| &s.C * x).collect();
-        let (e_ref, warm, cost) = (DVector::zeros(s.p()), WorkingSet::EMPTY, f64::INFINITY);
-        Self { problem, x_ref, u_ref, y_ref, e_ref, plan: Some(plan), newest: N - 1, warm, cost }
+        let inflow = Inflow::new(&part.unknowns, &mut Random(0));
+        let e_ref = DVector::zeros(s.p());
+        Self { x_ref, u_ref, y_ref, e_ref, plan: Some(plan), ..Self::new(problem, part, inflow) }
+    }
+
+    /// Without references yet.
+    fn new(problem: Problem<'a>, part: &'a Part, inflow: Inflow) -> Self {
+        let (n, N) = (problem.s.n(), problem.N);
+        Self {
+            unknowns: &part.unknowns,
+            BK: &problem.s.B * &problem.g.K,
+            adversary: Adversary::NEW,
+            nuisance: Nuisance::none(n),
+            d_ref: vec![inflow.d.clone(); N],
+            first_d: inflow.d.clone(),
+            inflow,
+            admitted: Vec::new(),
+            candidate: DVector::zeros(n + N * problem.s.m()),
+            forecast: false,
+            feasible: false,
+            alone: false,
+            x_ref: Vec::new(),
+            u_ref: Vec::new(),
+            y_ref: Vec::new(),
+            e_ref: DVector::zeros(0),
+            plan: None,
+            newest: N - 1,
+            warm: WorkingSet::EMPTY,
+            cost: f64::INFINITY,
+            problem,
+        }
     }
 
     /// Whether the newest reference is still before the end of a plan.
@@ -386,22 +615,130 @@ impl<'a> Node<'a> {
         self.plan.is_some_and(|plan| self.newest + 1 < plan.x.len())
     }
 
+    /// Whether x - xhat must be in E_i at this step: no assumption was ever broken, or the step alone shows it.
+    fn is_sure(&self, trusted: bool) -> bool {
+        trusted || self.alone
+    }
+
+    /// Whether the controller takes what it measures for the state.
+    fn is_exact(&self) -> bool {
+        self.problem.s.measurement_error.iter().all(|v| *v == 0.0)
+    }
+
+    /// w and v of the next step; `off` is x - xhat as far as it is forecast.
+    fn choose(&mut self, off: &DVector<f64>, random: &mut Random) {
+        if !self.unknowns.is_known() {
+            let normals = &self.problem.sized.E.P;
+            self.nuisance = self.adversary.choose(self.unknowns, normals, &self.BK, off, random);
+        }
+    }
+
+    /// dref_{t+N-1}: d_t, confined to what the design assumes of it.
+    fn admit(&mut self) {
+        let (d, last) = (&self.inflow.d, &self.d_ref[self.d_ref.len() - 1]);
+        let limits = self.unknowns.loads.iter();
+        let confined = limits
+            .enumerate()
+            .map(|(k, load)| d[k].clamp(last[k] - load.rate, last[k] + load.rate).clamp(load.min, load.max));
+        let newest = DVector::from_vec(confined.collect::<Vec<_>>());
+        let push = &self.unknowns.M * &newest;
+        shift(&mut self.d_ref, newest);
+        let steps = self.problem.N - 1;
+        let behind = d - &self.d_ref[0];
+        let kept = behind
+            .iter()
+            .zip(&self.unknowns.loads)
+            .all(|(behind, load)| behind.abs() <= load.change(steps) + 1e-9 * (load.max - load.min));
+        self.admitted.push((d.clone(), push, kept));
+    }
+
+    /// Limits of (35a') on P (m - xhat), m - xref = e; whether the forecast was used and allows more than the measurement.
+    fn tube(&self, e: &DVector<f64>) -> (Vec<(f64, f64)>, bool, bool) {
+        let sized = self.problem.sized;
+        let rows = sized.E.P.row_iter().zip(&sized.E.q);
+        let rows: Vec<_> = rows.map(|(p, q)| (p.transpose(), *q, self.unknowns.reach_of_v(&p.transpose()))).collect();
+        let apart = e - self.candidate.rows(0, e.len());
+        let innovation: Vec<f64> = rows.iter().map(|(p, _, _)| p.dot(&apart)).collect();
+        let credible = innovation.iter().zip(&rows).all(|(i, (_, q, noise))| i.abs() <= (q + noise) * (1.0 + 1e-9));
+        let used = self.forecast && credible;
+        let side = |((_, q, noise), i): (&(DVector<f64>, f64, f64), &f64)| {
+            let (room, i) = (q - noise, if used { *i } else { 0.0 });
+            (i.min(-room), i.max(room))
+        };
+        let limits: Vec<_> = rows.iter().zip(&innovation).map(side).collect();
+        let wider = limits.iter().zip(&rows).any(|((low, high), (_, q, noise))| high.max(-low) > q - noise);
+        (limits, used, wider)
+    }
+
+    /// The problem for the measured deviation e, and whether (35a') takes the forecast into account.
+    fn instance(&self, e: &DVector<f64>) -> (Instance<NV>, bool, bool) {
+        let (dpc, at) = (self.problem.dpc, self.at(e.clone()));
+        let exact = Instance::new(dpc, &at);
+        if self.is_exact() {
+            return (exact, false, false);
+        }
+        let (limits, used, wider) = self.tube(e);
+        let scaled = limits.iter().enumerate().map(|(r, (low, high))| {
+            let scale = dpc.upper[r] / self.problem.sized.E.q[r];
+            (low * scale, high * scale)
+        });
+        (exact.with_tube(dpc, &at, &scaled.collect::<Vec<_>>()), used, wider)
+    }
+
+    /// (35a') as the runtime makes it.
+    fn compare_tube(&self, e: &DVector<f64>, instance: &Instance<NV>, tally: &mut Tally) {
+        let dpc = self.problem.dpc;
+        let dx = self.candidate.rows(0, e.len()).into_owned();
+        let twin = runtime_twin::doubted(dpc, e, self.forecast.then_some(&dx));
+        for ((low, high), row) in twin.into_iter().zip(instance.iter()) {
+            tally.twins += 1;
+            let scale = row.scale + row.lower.abs().max(row.upper.abs());
+            let difference = (low - row.lower).abs().max((high - row.upper).abs());
+            tally.at_most("the runtime's (35a')", difference, 1e-10 * scale, scale);
+        }
+    }
+
+    /// (47).
+    fn shifted(&self) -> DVector<f64> {
+        let (s, n) = (self.problem.s, self.problem.s.n());
+        let (m, N) = (s.m(), self.problem.N);
+        let next = |dx: DVector<f64>, k: usize| &s.A * dx + &s.B * self.candidate.rows(n + k * m, m);
+        let dx = self.candidate.rows(0, n).into_owned();
+        let end = (0..N).fold(dx.clone(), next);
+        let mut shifted = DVector::zeros(self.candidate.len());
+        shifted.rows_mut(0, n).copy_from(&next(dx, 0));
+        shifted.rows_mut(n, (N - 1) * m).copy_from(&self.candidate.rows(n + m, (N - 1) * m));
+        shifted.rows_mut(n + (N - 1) * m, m).copy_from(&(&self.problem.g.K * end));
+        shifted
+    }
+
     fn at(&self, e: DVector<f64>) -> Parameters {
         Parameters { e, x_ref: self.x_ref.clone(), u_ref: self.u_ref.clone() }
     }
 
-    /// The largest deviation in a random direction for which the problem has a solution, a little inside.
-    fn upset(&self, random: &mut Random) -> DVector<f64> {
+    /// A state whose measured deviation goes `share` of the way to the largest one, in a random direction, for which the
+    /// problem has a solution by the measurement alone.
+    fn upset_state(&self, random: &mut Random, share: f64) -> DVector<f64> {
         let direction = random.direction(self.problem.s.n());
-        direction.clone() * (edge(&self.problem, &direction, &self.at(direction.clone())) * 0.999)
+        let far = farthest(|t| is_feasible(&self.instance(&(&direction * t)).0, self.problem.dpc.max_iterations));
+        &self.x_ref[0] + direction * (far * 0.999 * share) - &self.nuisance.v
     }
 
-    /// v of the optimum; checks that there is one, that the cost falls, and now and then what Clarabel says.
-    fn solve(&mut self, e: &DVector<f64>, tally: &mut Tally, compare: bool) -> DVector<f64> {
+    /// v of the optimum; checks that there is one, that the cost falls, and now and then what Clarabel says. Where there
+    /// need not be one, the candidate stands in.
+    fn solve(&mut self, e: &DVector<f64>, tally: &mut Tally, compare: bool, trusted: bool) -> DVector<f64> {
         let dpc = self.problem.dpc;
-        let instance = Instance::<NV>::new(dpc, &self.at(e.clone()));
+        let (instance, used, wider) = self.instance(e);
+        if !self.is_exact() {
+            self.compare_tube(e, &instance, tally);
+            tally.forecasts += usize::from(wider);
+            if trusted && self.forecast && !used {
+                tally.violation("the forecast is refuted", 1.0);
+            }
+        }
         tally.steps += 1;
         let mut w = [0.0; NV];
+        self.feasible = true;
         if instance.rests() {
             self.warm = WorkingSet::EMPTY;
         } else {
@@ -409,6 +746,7 @@ impl<'a> Node<'a> {
             tally.solved += 1;
             match solver.solve(&instance, &self.warm, dpc.max_iterations) {
                 Outcome::Optimal { iterations } => tally.most_iterations = tally.most_iterations.max(iterations),
+                Outcome::Infeasible { .. } if !trusted => self.feasible = false,
                 Outcome::Infeasible { .. } => tally.violation("(33) is infeasible", 1.0),
                 Outcome::IterationLimit => tally.violation("iteration budget", 1.0),
             }
@@ -416,12 +754,18 @@ impl<'a> Node<'a> {
             self.warm = solver.working_set();
             let tube = self.problem.sized.E.q.len();
             tally.constrained += usize::from(self.warm.iter().any(|(row, _)| row >= tube));
-            if compare {
+            if compare && self.feasible {
                 compare_with_clarabel(&instance, &w, tally);
             }
         }
-        self.check_cost(&w, tally);
-        &dpc.T * DVector::from_column_slice(&w[..dpc.T.nrows()])
+        self.alone = self.feasible && !used;
+        if self.feasible {
+            self.candidate = &dpc.T * DVector::from_column_slice(&w[..dpc.T.nrows()]);
+        }
+        if trusted {
+            self.check_cost(&w, tally);
+        }
+        self.candidate.clone()
     }
 
     /// The optimal cost falls at least by the stage cost; P_i's nine digits leave a little of it.
@@ -468,6 +812,7 @@ impl<'a> Node<'a> {
         let (s, g, newest) = (self.problem.s, self.problem.g, self.x_ref.len() - 1);
         let mut x = &s.A * &self.x_ref[newest] + &s.B * &self.u_ref[newest];
         s.L.iter().for_each(|(&j, L)| x += &s.E * L * &z[j]);
+        x += &self.unknowns.M * &self.d_ref[newest];
         self.e_ref += &y - &s.C * &self.x_ref[newest];
         let u = &g.Kx * &x + &g.Ke * &self.e_ref;
         self.shift(x, u, y);
@@ -504,7 +849,9 @@ fn compare_with_clarabel(instance: &Instance<NV>, w: &[f64; NV], tally: &mut Tal
     match instance.truth() {
         Truth::Minimiser(truth) => {
             tally.compared += 1;
-            tally.difference = tally.difference.max((&truth - &w).norm() / truth.norm());
+            // A minimiser may be 0 up to what either method counts as a violation, 1e-12 of the limits.
+            let size = truth.norm().max(1e-4 * instance.scale());
+            tally.difference = tally.difference.max((&truth - &w).norm() / size);
         }
         Truth::Infeasible => tally.violation("Clarabel calls (33) infeasible", 1.0),
         Truth::Unknown => {}
@@ -514,11 +861,19 @@ fn compare_with_clarabel(instance: &Instance<NV>, w: &[f64; NV], tally: &mut Tal
 /// How far e may go in a direction before the problem loses its solution; at most a million.
 pub fn edge(problem: &Problem, direction: &DVector<f64>, at: &Parameters) -> f64 {
     let feasible = |t: f64| {
-        let instance = Instance::<NV>::new(problem.dpc, &Parameters { e: direction * t, ..at.clone() });
-        let mut solver = Solver::<NV>::NEW;
-        let outcome = solver.solve(&instance, &WorkingSet::EMPTY, problem.dpc.max_iterations);
-        instance.rests() || matches!(outcome, Outcome::Optimal { .. })
+        let instance = Instance::new(problem.dpc, &Parameters { e: direction * t, ..at.clone() });
+        is_feasible(&instance, problem.dpc.max_iterations)
     };
+    farthest(feasible)
+}
+
+fn is_feasible(instance: &Instance<NV>, budget: usize) -> bool {
+    let mut solver = Solver::<NV>::NEW;
+    instance.rests() || matches!(solver.solve(instance, &WorkingSet::EMPTY, budget), Outcome::Optimal { .. })
+}
+
+/// Largest t for which `feasible` holds, as it does at 0; at most a million.
+fn farthest(feasible: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, 1e-3);
     while feasible(high) && high < 1e6 {
         (low, high) = (high, 4.0 * high);

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use dpc_codegen::design::Design;
 use dpc_codegen::diagnostic::Diagnostics;
 use dpc_tests::checker::{self, Claim};
-use dpc_tests::random_network::RandomNetwork;
+use dpc_tests::random_network::{Kind, RandomNetwork};
 use dpc_tests::strips::SymmetricSet;
 use dpc_tests::{Random, cases_wanted, problem_checker, read};
 use nalgebra::DVector;
@@ -40,8 +40,8 @@ struct Campaign {
 }
 
 impl Campaign {
-    fn examine(&mut self, seed: u64) {
-        let case = RandomNetwork::new(seed);
+    fn examine(&mut self, case: &RandomNetwork) {
+        let seed = case.seed;
         let start = Instant::now();
         let design = match catch_unwind(AssertUnwindSafe(|| Design::new(case.source()))) {
             Ok(design) => design,
@@ -49,8 +49,8 @@ impl Campaign {
         };
         self.slowest = self.slowest.max((start.elapsed(), seed));
         match design {
-            Ok(design) => self.accept(&case, &design),
-            Err(diagnostics) => self.refuse(&case, &diagnostics),
+            Ok(design) => self.accept(case, &design),
+            Err(diagnostics) => self.refuse(case, &diagnostics),
         }
     }
 
@@ -113,18 +113,106 @@ fn all_claims(design: &Design, seed: u64) -> Vec<Claim> {
     claims
 }
 
-/// `DPC_CASES` networks, 60 by default, from seed `DPC_SEED` on.
-#[test]
-fn on_random_networks() {
+/// `DPC_CASES` networks, or as many as `default` says, from seed `DPC_SEED` on.
+fn campaign(default: usize, network: fn(u64) -> RandomNetwork) {
     let first = std::env::var("DPC_SEED").ok().and_then(|seed| seed.parse().ok()).unwrap_or(0_u64);
-    let cases = cases_wanted(60) as u64;
+    let cases = cases_wanted(default) as u64;
     let mut campaign = Campaign::default();
-    (first..first + cases).for_each(|seed| campaign.examine(seed));
+    (first..first + cases).for_each(|seed| campaign.examine(&network(seed)));
     campaign.print();
     assert!(campaign.failures.is_empty(), "{} failures", campaign.failures.len());
     assert!(2 * campaign.designs as u64 >= cases, "the generator makes too many networks that cannot be designed");
     assert!(5 * campaign.overcharged < 2 * campaign.designs, "too many designs charge too much for Delta^chi");
     assert!(campaign.slowest.0 < PATIENCE, "seed {} takes too long", campaign.slowest.1);
+}
+
+#[test]
+fn on_random_networks() {
+    campaign(60, RandomNetwork::new);
+}
+
+/// The same networks with disturbances, measurement errors and loads.
+#[test]
+fn on_disturbed_networks() {
+    campaign(40, RandomNetwork::disturbed);
+}
+
+/// A design that was made without one kind of what acts on the plant, and a claim that must then be broken.
+const UNAWARE: [(Kind, &str); 4] = [
+    (Kind::Disturbance, "(18)"),
+    (Kind::Error, "(18)"),
+    (Kind::Loads, "loads charged in full"),
+    (Kind::Loads, "(25b) what references may take"),
+];
+
+/// Whether a network's unknowns, as the design is not aware of them, are more than rounding and floor beside its states.
+fn matters(case: &RandomNetwork, kind: Kind) -> bool {
+    case.plant.parts.iter().any(|part| match kind {
+        Kind::Disturbance => part.unknowns.corners.iter().any(|w| w.amax() > 1e-5),
+        Kind::Error => part.unknowns.error.amax() > 1e-5,
+        Kind::Loads => part.unknowns.loads.iter().any(|load| load.max > load.min) && part.unknowns.M.amax() > 0.0,
+    })
+}
+
+/// Gives every subsystem of the design the unknowns that it has in truth.
+fn inform(design: &mut Design, informed: &Design) {
+    for (s, other) in design.network.subsystems.iter_mut().zip(&informed.network.subsystems) {
+        s.w.clone_from(&other.w);
+        s.measurement_error.clone_from(&other.measurement_error);
+        s.loads.clone_from(&other.loads);
+    }
+}
+
+#[test]
+fn a_design_that_left_something_out_is_caught() {
+    for (kind, claim) in UNAWARE {
+        let mut caught = 0;
+        for seed in 0..8 {
+            let (case, unaware) = (RandomNetwork::disturbed(seed), RandomNetwork::unaware(seed, kind));
+            let (Ok(informed), Ok(mut design)) = (Design::new(case.source()), Design::new(unaware.source())) else {
+                continue;
+            };
+            inform(&mut design, &informed);
+            let broken = checker::broken(&design);
+            let found = broken.iter().any(|found| found.what.contains(claim));
+            assert_eq!(found, matters(&case, kind), "seed {seed}, {kind:?}: {claim}");
+            caught += usize::from(found);
+        }
+        assert!(caught > 2, "{kind:?}: {caught} designs caught");
+    }
+}
+
+/// A way to spoil a design a little, in what it takes for unknowns.
+const SPOILT_MARGINS: [Spoil; 6] = [
+    ("(18)", |d, part| {
+        d.network.subsystems[0].w.iter_mut().for_each(|w| w.set.h *= 1.0 + part);
+    }),
+    ("Uhat_i", |d, part| d.network.subsystems[0].measurement_error *= 1.0 + part),
+    ("(35a')", |d, part| spoil_measurement(d, part)),
+    ("loads charged in full", |d, part| d.sets.subsystems[0].x_rows.iter_mut().for_each(|row| row.load *= 1.0 - part)),
+    ("(25b) what references may take", |d, part| d.network.subsystems[0].loads.max *= 1.0 + part),
+    // One step more than the references are behind.
+    ("(18)", |d, _| d.network.horizon += 1),
+];
+
+/// An error that is a little more than (35a') can allow at rest.
+fn spoil_measurement(design: &mut Design, part: f64) {
+    let (s, E) = (&mut design.network.subsystems[0], &design.sizing.subsystems[0].E);
+    let noise = E.P.abs() * &s.measurement_error;
+    let most = E.q.iter().zip(&noise).map(|(q, noise)| q / (2.0 * noise)).fold(f64::INFINITY, f64::min);
+    s.measurement_error *= most * (1.0 + part);
+}
+
+#[test]
+fn a_design_with_spoilt_margins_is_caught() {
+    for part in [1e-2, 1e-4] {
+        for (k, (claim, spoil)) in SPOILT_MARGINS.iter().enumerate() {
+            let mut design = designed("../examples/four_tank/designs/disturbed.toml");
+            spoil(&mut design, part);
+            let broken = checker::broken(&design);
+            assert!(broken.iter().any(|found| found.what.contains(claim)), "{k}: {claim} by {part:e}: {broken:?}");
+        }
+    }
 }
 
 fn designed(path: &str) -> Design {
@@ -136,7 +224,7 @@ const FOUR_TANK: &str = "../examples/four_tank/system.toml";
 
 #[test]
 fn on_the_designs_of_the_repository() {
-    let designs = ["system", "designs/reserve", "designs/minimal_reserve"]
+    let designs = ["system", "designs/reserve", "designs/minimal_reserve", "designs/disturbed"]
         .map(|name| format!("../examples/four_tank/{name}.toml"));
     let cases = ["four_tank_collective", "three_carts"].map(|name| format!("cases/accept/{name}.toml"));
     for path in designs.iter().chain(&cases) {

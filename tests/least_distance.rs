@@ -65,6 +65,16 @@ impl<const NV: usize> Instance<NV> {
         Self { rows: (0..problem.V.nrows()).map(row).collect() }
     }
 
+    /// The same with other limits of the tube rows, on `offset . (e - dx_0)`.
+    pub fn with_tube(mut self, problem: &DpcProblem, at: &Parameters, limits: &[(f64, f64)]) -> Self {
+        for (r, (low, high)) in limits.iter().enumerate() {
+            let offset = offset(problem, r, at);
+            let (_, lower, upper, scale) = &mut self.rows[r];
+            (*lower, *upper, *scale) = (low - offset, high - offset, size(*low).max(size(*high)));
+        }
+        self
+    }
+
     /// Whether 0 satisfies every row: nothing is to be solved.
     pub fn rests(&self) -> bool {
         self.rows.iter().all(|(_, lower, upper, _)| *lower <= 0.0 && 0.0 <= *upper)

@@ -4,11 +4,15 @@ pub mod checker;
 pub mod host_loop;
 pub mod large_network;
 pub mod least_distance;
+pub mod load_shares;
 pub mod plants;
 pub mod problem_checker;
 pub mod random_network;
+pub mod runtime_twin;
 pub mod start_checker;
 pub mod strips;
+pub mod unknowns;
+pub mod weather;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -47,7 +51,7 @@ pub fn sparsely(network: Network) -> Option<Design> {
     let sets = Sets::new(&network, &gains).ok()?;
     let sizing = Sizing::new(&network, &gains, &sets).ok()?;
     let problems = Problems::new(&network, &gains, &sizing).ok()?;
-    Some(Design { network, gains, sets, sizing, problems, tuning: None })
+    Some(Design { network, gains, sets, sizing, problems, tuning: None, start: None })
 }
 
 /// The files of `cases/<folder>` in the order of their names, with paths relative to this package.

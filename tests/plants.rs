@@ -4,6 +4,7 @@ use dpc_codegen::network::{NamedPolytope, Network, Subsystem};
 
 use crate::checker::Lowered;
 use crate::random_network::{Part, Plant, Region};
+use crate::unknowns::Unknowns;
 
 /// The plant that a network describes, for [`crate::host_loop::HostLoop`].
 pub fn plant(network: &Network) -> Plant {
@@ -13,7 +14,8 @@ pub fn plant(network: &Network) -> Plant {
 }
 
 fn part(s: &Subsystem, [x, u, y]: [usize; 3]) -> Part {
-    Part { x: x..x + s.n(), u: u..u + s.m(), y: y..y + s.p(), X: region(&s.X), U: region(&s.U) }
+    let [x, u, y] = [x..x + s.n(), u..u + s.m(), y..y + s.p()];
+    Part { x, u, y, X: region(&s.X), U: region(&s.U), unknowns: Unknowns::of(s) }
 }
 
 /// The rows alone: a region's ends are left open.

@@ -13,6 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::Random;
 use crate::checker::Claim;
 use crate::least_distance::Parameters;
+use crate::unknowns::Unknowns;
 
 /// Subsystem `i` of a design and its problem.
 pub struct Problem<'a> {
@@ -70,6 +71,18 @@ impl<'a> Problem<'a> {
         self.claim(claims, "T is upper triangular", if triangular { 0.0 } else { -1.0 });
         self.claim(claims, "rows of V have unit length", 1e-12 - lengths);
         self.claim(claims, "every entry is finite", if finite { 0.0 } else { -1.0 });
+        self.doubt(claims);
+    }
+
+    /// What the measurement error is said to move in (35a') is its reach, and half of the row's limit at most.
+    fn doubt(&self, claims: &mut Vec<Claim>) {
+        let unknowns = Unknowns::of(self.s);
+        for (r, noise) in self.dpc.noise.iter().enumerate() {
+            let (reach, q) = (unknowns.reach_of_v(&self.dpc.rows[r].offset), self.dpc.upper[r]);
+            let exact = (noise - reach).abs() <= 1e-11 * reach && *noise >= reach * (1.0 - 1e-15);
+            self.claim(claims, "(35a') noise is the reach of the error", if exact { 0.0 } else { -1.0 });
+            self.claim(claims, "(35a') leaves room at rest", (q - 2.0 * noise) / q);
+        }
     }
 
     /// dx_0, ..., dx_N and du_0, ..., du_{N-1}.

@@ -9,6 +9,7 @@ use dpc_codegen::diagnostic::Source;
 use nalgebra::{DMatrix, DVector};
 
 use crate::Random;
+use crate::unknowns::{Stated, Unknowns};
 
 /// A network in one of the three ways to state it.
 #[derive(Debug, Clone)]
@@ -38,6 +39,7 @@ pub struct Part {
     pub y: Range<usize>,
     pub X: Region,
     pub U: Region,
+    pub unknowns: Unknowns,
 }
 
 /// A box with perhaps infinite ends, cut by rows.
@@ -57,11 +59,24 @@ impl Region {
         low.chain(high).filter(|v| !v.is_nan()).chain(rows).fold(f64::NEG_INFINITY, f64::max)
     }
 
+    /// As H x <= h.
+    pub fn halfspaces(&self) -> (DMatrix<f64>, DVector<f64>) {
+        let n = self.min.len();
+        let axis = |k: usize, sign: f64| (0..n).map(|j| if j == k { sign } else { 0.0 }).collect::<Vec<_>>();
+        let mut sides = self.rows.clone();
+        sides.extend((0..n).map(|k| (axis(k, 1.0), self.max[k])));
+        sides.extend((0..n).map(|k| (axis(k, -1.0), -self.min[k])));
+        sides.retain(|(_, limit)| limit.is_finite());
+        let H = DMatrix::from_fn(sides.len(), n, |r, k| sides[r].0[k]);
+        (H, DVector::from_fn(sides.len(), |r, _| sides[r].1))
+    }
+
     fn is_everything(&self) -> bool {
         self.rows.is_empty() && self.min.iter().chain(&self.max).all(|end| end.is_infinite())
     }
 
-    fn toml(&self) -> String {
+    /// `{ min = [..], max = [..], H = [[..]], h = [..] }` without what says nothing.
+    pub fn toml(&self) -> String {
         let mut keys = Vec::new();
         for (key, ends) in [("min", &self.min), ("max", &self.max)] {
             if ends.iter().any(|end| end.is_finite()) {
@@ -90,13 +105,47 @@ struct Draft {
     U: Region,
     /// Keys that say nothing about the plant.
     tuning: String,
+    unknowns: Option<Stated>,
+}
+
+/// Kinds of what a file says of unknowns that can be left out of it again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    Disturbance,
+    Error,
+    Loads,
 }
 
 impl RandomNetwork {
     /// The network of a seed: the same one for ever.
     pub fn new(seed: u64) -> Self {
+        Self::with(seed, |_| {})
+    }
+
+    /// The same network with disturbances, measurement errors and loads on some of its subsystems.
+    pub fn disturbed(seed: u64) -> Self {
+        Self::with(seed, |drafts| disturb(seed, drafts))
+    }
+
+    /// [`Self::disturbed`], whose text does not mention one kind of what the plant has.
+    pub fn unaware(seed: u64, kind: Kind) -> Self {
+        let whole = Self::disturbed(seed);
+        let text = Self::with(seed, |drafts| {
+            disturb(seed, drafts);
+            drafts.iter_mut().filter_map(|draft| draft.unknowns.as_mut()).for_each(|stated| match kind {
+                Kind::Disturbance => stated.w.clear(),
+                Kind::Error => stated.error.clear(),
+                Kind::Loads => stated.loads.clear(),
+            });
+        })
+        .text;
+        Self { text, ..whole }
+    }
+
+    fn with(seed: u64, change: impl FnOnce(&mut [Draft])) -> Self {
         let random = &mut Random(seed.wrapping_mul(0x2545_f491_4f6c_dd1d));
-        let drafts = drafts(random);
+        let mut drafts = drafts(random);
+        change(&mut drafts);
         let coupling = coupling_constraints(random, &drafts);
         let head = head(seed, random);
         let (body, A, B) = match random.below(3) {
@@ -137,6 +186,18 @@ fn head(seed: u64, random: &mut Random) -> String {
         let _ = writeln!(head, "\n[sizing]\nsymmetric = {}\nfacet-loss = 0.05", random.chance(0.5));
     }
     head
+}
+
+/// With a random stream of its own: the plant, its limits and its tuning stay.
+fn disturb(seed: u64, drafts: &mut [Draft]) {
+    let random = &mut Random(seed.wrapping_mul(0x9fb2_1c65_1e98_df25) ^ 0x5bf0_3635);
+    let size = random.magnitude(3e-4, 0.15);
+    let sure = random.below(drafts.len());
+    for (i, draft) in drafts.iter_mut().enumerate() {
+        if i == sure || random.chance(0.6) {
+            draft.unknowns = Some(Stated::new(random, &draft.name, draft.A.nrows(), size));
+        }
+    }
 }
 
 fn drafts(random: &mut Random) -> Vec<Draft> {
@@ -180,7 +241,7 @@ fn local(random: &mut Random, i: usize) -> Draft {
     let U = region(random, m, 1.0, 5.0);
     let tuning = tuning(random, &A, m, p);
     let (E, Cz, Dz) = (DMatrix::zeros(n, 0), DMatrix::zeros(0, n), DMatrix::zeros(0, m));
-    Draft { name: format!("s{i}"), A, B, C, E, L: BTreeMap::new(), Cz, Dz, X, U, tuning }
+    Draft { name: format!("s{i}"), A, B, C, E, L: BTreeMap::new(), Cz, Dz, X, U, tuning, unknowns: None }
 }
 
 /// Stable, slow, unstable, or a chain of integrators.
@@ -346,7 +407,7 @@ impl Draft {
                 let _ = writeln!(head, "{key} = {}", region.toml());
             }
         }
-        head
+        head + &self.unknowns.as_ref().map_or(String::new(), Stated::toml)
     }
 
     fn own_matrices(&self) -> String {
@@ -460,6 +521,7 @@ fn plant(drafts: Vec<Draft>, A: DMatrix<f64>, B: DMatrix<f64>, coupling: Vec<Cou
         x: x[i]..x[i + 1],
         u: u[i]..u[i + 1],
         y: y[i]..y[i + 1],
+        unknowns: draft.unknowns.map_or_else(|| Unknowns::none(draft.A.nrows()), |stated| stated.unknowns),
         X: draft.X,
         U: draft.U,
     };

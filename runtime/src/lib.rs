@@ -91,6 +91,11 @@
 //! step does and the one after an infeasible one. So the guarantee comes back by itself: with the first step at which every
 //! node is certified, most of them by their measurements.
 //!
+//! A disturbance outside W_i that nobody knows of (the plant is not the model) shows only as far as the measurement can tell it
+//! from its own error: where it takes x_t out of E_i around the forecast by less than twice that error, the step may be feasible
+//! all the same. Then x_t - xhat_t is outside E_i by no more than that, and by less at every further step, since E_i draws in
+//! whatever is outside of it.
+//!
 //! # Measured disturbances
 //! Where the file states loads, an emitted file has a `LOADS` value and its `start` gives a [`Loads`] beside the controller:
 //!

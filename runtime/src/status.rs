@@ -30,7 +30,8 @@ pub enum Control {
     /// The i-DPC problem has no solution, and the shifted candidate is none either: the disturbance left W_i (a neighbour's
     /// z left its zref by more than Z_i, or the plant is not the model), or the start was not feasible. Input: (38) of the
     /// shifted candidate, put into the box around U_i. The guarantee is lost for this step; it holds again from the first
-    /// step on at which every subsystem is feasible again.
+    /// step on at which every subsystem is feasible again, or, where states are measured with an error, step by step from there:
+    /// see the crate's documentation.
     Infeasible {
         /// The row that could not be satisfied, an index into the emitted row names.
         row: usize,
