@@ -1,8 +1,9 @@
-//! Pictures over time: panels stacked over one time axis, as SVG. Knows no tank.
+//! Pictures over time: panels stacked over one time axis, as SVG. Knows no plant.
 
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
+pub use plotters::style::RGBColor as Colour;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// What plotters says went wrong while drawing.

@@ -1,6 +1,6 @@
 //! An in-process bus: what is sent in one period is there for the next, as bytes, as on a wire.
 
-use dpc_runtime::Message;
+use dpc_runtime::{Message, Refused};
 
 /// Datagrams on their way. Nodes are known by number.
 #[derive(Debug, Clone, Default)]
@@ -21,6 +21,13 @@ pub struct Datagram {
 pub struct WrongLength {
     pub expected: usize,
     pub got: usize,
+}
+
+/// Why a datagram was not filed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NotReceived {
+    WrongLength(WrongLength),
+    Refused(Refused),
 }
 
 impl Bus {
@@ -61,6 +68,17 @@ impl std::fmt::Display for WrongLength {
 }
 
 impl std::error::Error for WrongLength {}
+
+impl std::fmt::Display for NotReceived {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::WrongLength(wrong) => wrong.fmt(f),
+            Self::Refused(refused) => refused.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for NotReceived {}
 
 #[cfg(test)]
 mod tests {
