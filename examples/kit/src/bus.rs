@@ -32,7 +32,12 @@ pub enum NotReceived {
 
 impl Bus {
     pub fn send<const NY: usize, const NZ: usize>(&mut self, from: usize, to: usize, message: &Message<NY, NZ>) {
-        self.datagrams.push(Datagram { from, to, bytes: encode(message) });
+        self.pass(Datagram { from, to, bytes: encode(message) });
+    }
+
+    /// The same of a message that is encoded already.
+    pub fn pass(&mut self, datagram: Datagram) {
+        self.datagrams.push(datagram);
     }
 
     /// Takes what has been sent to `node` off the bus, in the order it was sent.

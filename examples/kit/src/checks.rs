@@ -5,7 +5,8 @@ use dpc_runtime::Control;
 use crate::sets::{Polytope, Promise, Subsystem};
 use crate::trajectory::NodeSample;
 
-/// Beyond a limit by more than this, in the limit's unit, is outside: rounding is not a violation.
+/// Beyond a limit by more than this, in the limit's unit, is outside: rounding is not a violation. What is a difference of numbers
+/// above 1 is given this much of the largest of them.
 pub const ROUNDING: f64 = 1e-9;
 
 /// Counts and smallest margins over the steps looked at.
@@ -112,11 +113,11 @@ impl NodeChecks {
     }
 
     fn look(&mut self, node: &View) {
-        self.states.look(node.x);
-        self.inputs.look(node.u);
-        self.tube.look(&minus(node.x, node.x_nom));
+        self.states.look(node.x, 1.0);
+        self.inputs.look(node.u, 1.0);
+        self.tube.look(&minus(node.x, node.x_nom), size(node.x_nom));
         let z = self.subsystem.coupling_output(node.x, node.u);
-        self.coupling.look(&minus(&z, node.z_ref));
+        self.coupling.look(&minus(&z, node.z_ref), size(node.z_ref));
         match node.control {
             Control::AtReference => {}
             Control::Optimal { active, .. } => self.active += usize::from(active > 0),
@@ -151,11 +152,11 @@ impl Watch {
         Self { set: set.clone(), margins: vec![f64::INFINITY; set.h.len()], violations: 0 }
     }
 
-    fn look(&mut self, v: &[f64]) {
+    fn look(&mut self, v: &[f64], size: f64) {
         let mut outside = false;
         for (smallest, margin) in self.margins.iter_mut().zip(self.set.margins(v)) {
             *smallest = smallest.min(margin);
-            outside |= margin.is_nan() || margin < -ROUNDING;
+            outside |= margin.is_nan() || margin < -ROUNDING * size;
         }
         self.violations += usize::from(outside);
     }
@@ -177,15 +178,20 @@ impl Watch {
     }
 }
 
+/// The largest of the numbers, at least 1.
+fn size(v: &[f64]) -> f64 {
+    v.iter().fold(1.0, |size, x| x.abs().max(size))
+}
+
 fn minus(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use dpc_runtime::{Control, Delivery, References, Status};
+    use dpc_runtime::Control;
 
-    use super::Checks;
+    use super::{Checks, View};
     use crate::sets::Promise;
     use crate::trajectory::NodeSample;
 

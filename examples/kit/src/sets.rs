@@ -5,6 +5,9 @@ use serde::Deserialize;
 /// The part of `design.json` that the checks and the pictures need; deviation variables, in the user's units.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Promise {
+    /// Largest step of the references.
+    #[serde(default)]
+    pub epsilon: f64,
     pub subsystems: Vec<Subsystem>,
 }
 

@@ -1,0 +1,65 @@
+//! A run drawn: frequencies, angles, inputs and loads of the four areas.
+
+use example_kit::plot::{Colour, Figure, Limit, Line, Panel, Stroke, colour, number};
+use example_kit::trajectory::NodeSample;
+
+use crate::areas::{ANGLE, AREA, AREAS, SAMPLE_TIME};
+use crate::runs::Run;
+
+/// Panels domega, dtheta, dPref and dPL.
+pub fn closed_loop(title: &str, run: &Run) -> Figure {
+    let panels = vec![
+        panel("domega [rad/s]", 150, lines(run, "area", |node| node.x[1]), Vec::new()),
+        panel("dtheta [rad]", 150, lines(run, "area", |node| node.x[0]), both("dtheta", ANGLE, colour::GREY)),
+        panel("dPref [pu]", 165, lines(run, "area", |node| node.u[0]), powers()),
+        panel("dPL [pu]", 120, loads(run), Vec::new()),
+    ];
+    Figure { title: title.to_owned(), end: run.trajectory.end(), panels }
+}
+
+/// Colour of each area.
+const OF_AREA: [Colour; AREAS] = [colour::BLUE, colour::ORANGE, colour::VERMILION, colour::BLACK];
+
+fn panel(axis: &str, height: u32, lines: Vec<Line>, limits: Vec<Limit>) -> Panel {
+    Panel { axis: axis.to_owned(), height, lines, bands: Vec::new(), limits }
+}
+
+fn lines(run: &Run, name: &str, of: fn(&NodeSample) -> f64) -> Vec<Line> {
+    let line = |i: usize| Line {
+        label: format!("{name} {}", i + 1),
+        points: run.trajectory.signal(i, of),
+        stroke: Stroke::Solid,
+        colour: OF_AREA[i],
+    };
+    (0..AREAS).map(line).collect()
+}
+
+/// As stairs: a load is constant over a period.
+fn loads(run: &Run) -> Vec<Line> {
+    let line = |i: usize| {
+        let stairs = run
+            .loads
+            .iter()
+            .enumerate()
+            .flat_map(|(step, loads)| [step, step + 1].map(|end| (end as f64 * SAMPLE_TIME, loads[i])));
+        Line { label: format!("load {}", i + 1), points: stairs.collect(), stroke: Stroke::Solid, colour: OF_AREA[i] }
+    };
+    (0..AREAS).map(line).collect()
+}
+
+fn powers() -> Vec<Limit> {
+    AREA.iter()
+        .zip(OF_AREA)
+        .enumerate()
+        .flat_map(|(i, (area, colour))| both(&format!("u{}", i + 1), area.power, colour))
+        .collect()
+}
+
+/// Limits to both sides, drawn where the signals come near them.
+fn both(name: &str, value: f64, colour: Colour) -> Vec<Limit> {
+    let label = format!("|{name}| ≤ {}", number(value));
+    vec![
+        Limit { label, value, show: false, colour },
+        Limit { label: String::new(), value: -value, show: false, colour },
+    ]
+}
