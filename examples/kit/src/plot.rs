@@ -191,7 +191,7 @@ impl Panel {
     /// What the legend says of limits that lie outside the panel.
     fn note(&self) -> String {
         let outside: Vec<_> =
-            self.limits.iter().filter(|limit| !self.reaches(limit)).map(|l| l.label.clone()).collect();
+            self.limits.iter().filter(|l| !self.reaches(l) && !l.label.is_empty()).map(|l| l.label.clone()).collect();
         if outside.is_empty() { String::new() } else { format!("off the scale: {}", outside.join(", ")) }
     }
 

@@ -24,7 +24,7 @@ pub fn closed_loop(title: &str, run: &Run) -> Figure {
         Stroke::Dashed,
         colour::GREY,
     ));
-    let limit = |value: f64, label: &str| Limit { label: label.into(), value, show: false, colour: colour::GREY };
+    let limit = |value: f64, label: &str| Limit { label: label.into(), value, show: true, colour: colour::GREY };
     let limits = vec![limit(FORCE, "|force| ≤ 1 N"), limit(-FORCE, "")];
     let panels = vec![
         panel("q [mm]", 190, positions, Vec::new()),

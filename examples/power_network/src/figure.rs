@@ -6,15 +6,18 @@ use example_kit::trajectory::NodeSample;
 use crate::areas::{ANGLE, AREA, AREAS, SAMPLE_TIME};
 use crate::runs::Run;
 
+/// What is drawn of a run, in s: as long as the benchmark's scenario is.
+const END: f64 = 100.0;
+
 /// Panels domega, dtheta, dPref and dPL.
 pub fn closed_loop(title: &str, run: &Run) -> Figure {
     let panels = vec![
         panel("domega [rad/s]", 150, lines(run, "area", |node| node.x[1]), Vec::new()),
-        panel("dtheta [rad]", 150, lines(run, "area", |node| node.x[0]), both("dtheta", ANGLE, colour::GREY)),
+        panel("dtheta [rad]", 150, lines(run, "area", |node| node.x[0]), both("dtheta", ANGLE, colour::GREY, false)),
         panel("dPref [pu]", 165, lines(run, "area", |node| node.u[0]), powers()),
         panel("dPL [pu]", 120, loads(run), Vec::new()),
     ];
-    Figure { title: title.to_owned(), end: run.trajectory.end(), panels }
+    Figure { title: title.to_owned(), end: END, panels }
 }
 
 /// Colour of each area.
@@ -27,11 +30,15 @@ fn panel(axis: &str, height: u32, lines: Vec<Line>, limits: Vec<Limit>) -> Panel
 fn lines(run: &Run, name: &str, of: fn(&NodeSample) -> f64) -> Vec<Line> {
     let line = |i: usize| Line {
         label: format!("{name} {}", i + 1),
-        points: run.trajectory.signal(i, of),
+        points: drawn(run.trajectory.signal(i, of)),
         stroke: Stroke::Solid,
         colour: OF_AREA[i],
     };
     (0..AREAS).map(line).collect()
+}
+
+fn drawn(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    points.into_iter().take_while(|(time, _)| *time <= END).collect()
 }
 
 /// As stairs: a load is constant over a period.
@@ -42,7 +49,12 @@ fn loads(run: &Run) -> Vec<Line> {
             .iter()
             .enumerate()
             .flat_map(|(step, loads)| [step, step + 1].map(|end| (end as f64 * SAMPLE_TIME, loads[i])));
-        Line { label: format!("load {}", i + 1), points: stairs.collect(), stroke: Stroke::Solid, colour: OF_AREA[i] }
+        Line {
+            label: format!("load {}", i + 1),
+            points: drawn(stairs.collect()),
+            stroke: Stroke::Solid,
+            colour: OF_AREA[i],
+        }
     };
     (0..AREAS).map(line).collect()
 }
@@ -51,15 +63,12 @@ fn powers() -> Vec<Limit> {
     AREA.iter()
         .zip(OF_AREA)
         .enumerate()
-        .flat_map(|(i, (area, colour))| both(&format!("u{}", i + 1), area.power, colour))
+        .flat_map(|(i, (area, colour))| both(&format!("u{}", i + 1), area.power, colour, true))
         .collect()
 }
 
-/// Limits to both sides, drawn where the signals come near them.
-fn both(name: &str, value: f64, colour: Colour) -> Vec<Limit> {
+/// Limits to both sides.
+fn both(name: &str, value: f64, colour: Colour, show: bool) -> Vec<Limit> {
     let label = format!("|{name}| ≤ {}", number(value));
-    vec![
-        Limit { label, value, show: false, colour },
-        Limit { label: String::new(), value: -value, show: false, colour },
-    ]
+    vec![Limit { label, value, show, colour }, Limit { label: String::new(), value: -value, show, colour }]
 }
