@@ -3,7 +3,7 @@
 use example_kit::plot::{Colour, Figure, Limit, Line, Panel, Stroke, colour, number};
 use example_kit::trajectory::NodeSample;
 
-use crate::areas::{ANGLE, AREA, AREAS, SAMPLE_TIME};
+use crate::areas::{ANGLE, AREA, AREAS, Area, SAMPLE_TIME};
 use crate::runs::Run;
 
 /// What is drawn of a run, in s: as long as the benchmark's scenario is.
@@ -35,6 +35,37 @@ fn lines(run: &Run, name: &str, of: fn(&NodeSample) -> f64) -> Vec<Line> {
         colour: OF_AREA[i],
     };
     (0..AREAS).map(line).collect()
+}
+
+fn drawn(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    points.into_iter().take_while(|(time, _)| *time <= END).collect()
+}
+
+/// As stairs: a load is constant over a period.
+fn loads(run: &Run) -> Vec<Line> {
+    let line = |i: usize| {
+        let stairs = run
+            .loads
+            .iter()
+            .enumerate()
+            .flat_map(|(step, loads)| [step, step + 1].map(|end| (end as f64 * SAMPLE_TIME, loads[i])));
+        Line {
+            label: format!("load {}", i + 1),
+            points: drawn(stairs.collect()),
+            stroke: Stroke::Solid,
+            colour: OF_AREA[i],
+        }
+    };
+    (0..AREAS).map(line).collect()
+}
+
+/// One label for all of them: the colours say whose they are.
+fn powers() -> Vec<Limit> {
+    let of_area = |(area, colour): (&Area, Colour)| both("", area.power, colour, true);
+    let mut limits: Vec<Limit> = AREA.iter().zip(OF_AREA).flat_map(of_area).collect();
+    limits.iter_mut().for_each(|limit| limit.label = String::new());
+    limits.iter_mut().take(1).for_each(|limit| limit.label = "limits of each area".to_owned());
+    limits
 }
 
 fn drawn(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
