@@ -68,36 +68,6 @@ fn powers() -> Vec<Limit> {
     limits
 }
 
-fn drawn(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
-    points.into_iter().take_while(|(time, _)| *time <= END).collect()
-}
-
-/// As stairs: a load is constant over a period.
-fn loads(run: &Run) -> Vec<Line> {
-    let line = |i: usize| {
-        let stairs = run
-            .loads
-            .iter()
-            .enumerate()
-            .flat_map(|(step, loads)| [step, step + 1].map(|end| (end as f64 * SAMPLE_TIME, loads[i])));
-        Line {
-            label: format!("load {}", i + 1),
-            points: drawn(stairs.collect()),
-            stroke: Stroke::Solid,
-            colour: OF_AREA[i],
-        }
-    };
-    (0..AREAS).map(line).collect()
-}
-
-fn powers() -> Vec<Limit> {
-    AREA.iter()
-        .zip(OF_AREA)
-        .enumerate()
-        .flat_map(|(i, (area, colour))| both(&format!("u{}", i + 1), area.power, colour, true))
-        .collect()
-}
-
 /// Limits to both sides.
 fn both(name: &str, value: f64, colour: Colour, show: bool) -> Vec<Limit> {
     let label = format!("|{name}| ≤ {}", number(value));
