@@ -134,7 +134,7 @@ pub fn margins(entries: &[Entry]) -> String {
     let head = head.chain(entries.iter().map(|entry| entry.key.to_owned())).collect::<Vec<_>>();
     let left = |what: &str, of: fn(&NodeChecks) -> f64| {
         let least = |entry: &Entry| entry.checks.nodes.iter().map(of).fold(f64::INFINITY, f64::min);
-        let cells = entries.iter().map(|entry| format!("{:.1} %", 100.0 * least(entry)));
+        let cells = entries.iter().map(|entry| percent(least(entry)));
         std::iter::once(what.to_owned()).chain(cells).collect::<Vec<_>>()
     };
     let rows = [
@@ -144,4 +144,20 @@ pub fn margins(entries: &[Entry]) -> String {
         left("z - zref in Z", |node| node.coupling.share_left()),
     ];
     table(&head, &rows)
+}
+
+/// With one decimal; what rounds to zero has no sign.
+fn percent(share: f64) -> String {
+    let text = format!("{:.1} %", 100.0 * share);
+    if text == "-0.0 %" { "0.0 %".to_owned() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::percent;
+
+    #[test]
+    fn only_true_negatives_have_a_sign() {
+        assert_eq!([-1e-9, -0.006, 0.125].map(percent), ["0.0 %", "-0.6 %", "12.5 %"]);
+    }
 }
