@@ -12,7 +12,7 @@ use crate::nuisance::{Adversary, Nuisance};
 use crate::plant::LinearTanks;
 use crate::random::Random;
 use crate::runs::{Failure, Run, Started};
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, output_ranges};
 use crate::sets::Promise;
 use crate::trajectory::Trajectory;
 use crate::upset::admitted_state;
@@ -40,7 +40,7 @@ const BREACH: f64 = 1.5;
 /// The controllers refuse to start, or a message got lost.
 pub fn run(promise: &Promise, seed: u64, steps: usize, weather: Weather) -> Result<Run, Failure> {
     let mut random = Random::new(seed);
-    let ranges = promise.output_ranges();
+    let ranges = output_ranges(promise);
     let scenario = Scenario::random(&mut random, ranges, steps);
     let rest = ranges.map(|[low, high]| random.between(low, high));
     follow(promise, rest, &scenario, weather, &mut random)
@@ -83,7 +83,7 @@ fn follow(
         let push = promise.subsystems[0].push(&inflow.d);
         acting[0].w = [0, 1].map(|k| acting[0].w[k] + push[k]);
         let sample = tanks.step_under(scenario.set_points(step), acting)?;
-        run.checks.look(&sample);
+        run.checks.look(sample.views());
         run.trajectory.samples.push(sample);
     }
     Ok(run)

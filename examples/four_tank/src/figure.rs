@@ -1,8 +1,6 @@
 //! The closed loop drawn like Fig. 6 of the paper, with the inputs and the upper tanks below.
 
-use plotters::style::RGBColor;
-
-use crate::plot::{Band, Figure, Limit, Line, Panel, Stroke, colour, number};
+use crate::plot::{Band, Colour, Figure, Limit, Line, Panel, Stroke, colour, number};
 use crate::sets::{Promise, Subsystem};
 use crate::trajectory::{NodeSample, Trajectory};
 
@@ -66,14 +64,14 @@ fn upper_tanks(trajectory: &Trajectory, nodes: &[Subsystem]) -> Panel {
 }
 
 /// Colour of each subsystem.
-const OF_NODE: [RGBColor; 2] = [colour::BLUE, colour::ORANGE];
+const OF_NODE: [Colour; 2] = [colour::BLUE, colour::ORANGE];
 
 fn signal(label: String, i: usize, trajectory: &Trajectory, of: fn(&NodeSample) -> f64) -> Line {
     Line { label, points: trajectory.signal(i, of), stroke: Stroke::Solid, colour: OF_NODE[i] }
 }
 
 /// Limits that are drawn where the signals come near them.
-fn limits(name: &str, unit: &str, [low, high]: [f64; 2], colour: RGBColor) -> Vec<Limit> {
+fn limits(name: &str, unit: &str, [low, high]: [f64; 2], colour: Colour) -> Vec<Limit> {
     let limit =
         |sign, value| Limit { label: format!("{name} {sign} {} {unit}", number(value)), value, show: false, colour };
     vec![limit('≥', low), limit('≤', high)]

@@ -1,7 +1,7 @@
 //! The four-tank of Section VI of the paper, in closed loop with the controllers that were emitted for it.
 
-pub mod bus;
-pub mod checks;
+pub use example_kit::{bus, checks, plot, random, sets, table};
+
 pub mod closed_loop;
 pub mod disturbed;
 pub mod figure;
@@ -9,13 +9,9 @@ pub mod inflow;
 pub mod node;
 pub mod nuisance;
 pub mod plant;
-pub mod plot;
-pub mod random;
 pub mod report;
 pub mod runs;
 pub mod scenario;
-pub mod sets;
-pub mod table;
 pub mod trajectory;
 pub mod upset;
 

@@ -1,10 +1,9 @@
 //! One subsystem's controller with its inbox, as a process of its own would hold them.
 
-use std::error::Error;
+use dpc_runtime::{Controller, Inbox, Input, Link, ReferenceLayer, Step};
 
-use dpc_runtime::{Controller, Inbox, Input, Link, ReferenceLayer, Refused, Step};
-
-use crate::bus::{Datagram, WrongLength, decode};
+pub use crate::bus::NotReceived;
+use crate::bus::{Datagram, decode};
 
 /// What the closed loop needs of a controller of two tanks and one pump that hears one neighbour.
 pub trait Node {
@@ -22,13 +21,6 @@ pub trait Node {
 
     /// One sampling period.
     fn step(&mut self, x: &[f64; 2], set_point: f64) -> Step<2, 1, 1, 1, 1>;
-}
-
-/// Why a datagram was not filed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NotReceived {
-    WrongLength(WrongLength),
-    Refused(Refused),
 }
 
 /// A [`Node`] made of emitted tables.
@@ -81,14 +73,3 @@ impl<
         self.controller.step(x, &[set_point], &mut self.inbox)
     }
 }
-
-impl std::fmt::Display for NotReceived {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::WrongLength(wrong) => wrong.fmt(f),
-            Self::Refused(refused) => refused.fmt(f),
-        }
-    }
-}
-
-impl Error for NotReceived {}

@@ -2,6 +2,7 @@
 
 use crate::checks::{Checks, NodeChecks, Watch};
 use crate::runs::Run;
+use crate::scenario::output_ranges;
 use crate::sets::Promise;
 use crate::table::table;
 
@@ -29,7 +30,7 @@ impl End {
     /// Of both outputs of a run.
     pub fn of(run: &Run, promise: &Promise) -> Option<[Self; 2]> {
         let last = run.trajectory.samples.last()?;
-        let ranges = promise.output_ranges();
+        let ranges = output_ranges(promise);
         Some([0, 1].map(|i| {
             let node = &last.nodes[i];
             let [low, high] = ranges[i];
@@ -59,7 +60,7 @@ pub fn counts(entries: &[Entry]) -> String {
             count(|node| node.tube.violations),
             count(|node| node.coupling.violations),
             count(|node| node.infeasible),
-            count(|node| node.degraded),
+            count(|node| node.unguaranteed),
             count(|node| node.fell_back),
             format!("{share:.1} %"),
         ]

@@ -8,7 +8,7 @@ use crate::controllers::{left, right};
 use crate::node::{Node, Process};
 use crate::plant::{LinearTanks, Plant};
 use crate::random::Random;
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, output_ranges};
 use crate::sets::Promise;
 use crate::started_controllers as started;
 use crate::trajectory::Trajectory;
@@ -64,7 +64,7 @@ pub fn at_rest<'a>(plant: &'a dyn Plant, promise: &'a Promise) -> Result<ClosedL
 /// As [`from_rest`].
 pub fn random(promise: &Promise, seed: u64, steps: usize, between: Option<usize>) -> Result<Run, Failure> {
     let mut random = Random::new(seed);
-    let ranges = promise.output_ranges();
+    let ranges = output_ranges(promise);
     let scenario = Scenario::random(&mut random, ranges, steps);
     let rest = ranges.map(|[low, high]| random.between(low, high));
     let tanks = ClosedLoop::new(&LinearTanks, promise, start(rest)?, [0.0; 4]);
@@ -91,7 +91,7 @@ fn follow<'a>(
     for step in 0..scenario.steps {
         before(step, &mut tanks);
         let sample = tanks.step(scenario.set_points(step))?;
-        run.checks.look(&sample);
+        run.checks.look(sample.views());
         run.trajectory.samples.push(sample);
     }
     Ok(run)

@@ -2,6 +2,7 @@
 
 use crate::plant::SAMPLE_TIME;
 use crate::random::Random;
+use crate::sets::Promise;
 
 /// Piecewise constant set-points of (y1, y2), cm.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,6 +60,11 @@ impl Scenario {
         let since = self.changes.partition_point(|(time, _)| *time <= now);
         self.changes[since.max(1) - 1].1
     }
+}
+
+/// Ends of Y_1 and Y_2, cm.
+pub fn output_ranges(promise: &Promise) -> [[f64; 2]; 2] {
+    [0, 1].map(|i| promise.subsystems[i].y_set.interval(0))
 }
 
 fn steps(seconds: f64) -> usize {

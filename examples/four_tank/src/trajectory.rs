@@ -2,6 +2,7 @@
 
 use dpc_runtime::{Control, Status};
 
+use crate::checks::View;
 use crate::plant::{Levels, SAMPLE_TIME, Voltages};
 
 /// One subsystem (two tanks, one pump) at one step.
@@ -28,6 +29,18 @@ pub struct Sample {
 }
 
 impl Sample {
+    /// What the checks look at.
+    pub fn views(&self) -> impl Iterator<Item = View<'_>> {
+        self.nodes.iter().map(|node| View {
+            x: &node.x,
+            u: &node.u,
+            x_nom: &node.x_nom,
+            z_ref: &node.z_ref,
+            control: node.status.control,
+            unguaranteed: !node.status.is_guaranteed(),
+        })
+    }
+
     pub fn levels(&self) -> Levels {
         let [left, right] = &self.nodes;
         [left.x[0], left.x[1], right.x[0], right.x[1]]

@@ -73,7 +73,7 @@ fn first_step(share: f64, seed: u64) -> Checks {
     let mut tanks = at_rest(&LinearTanks, &promise).unwrap();
     tanks.upset(0, |node| admitted_state(node, &mut Random::new(seed), share));
     let mut checks = Checks::new(&promise);
-    checks.look(&tanks.step([0.0; 2]).unwrap());
+    checks.look(tanks.step([0.0; 2]).unwrap().views());
     checks
 }
 

@@ -73,7 +73,7 @@ fn the_guarantee_that_a_push_takes_comes_back_as_it_says() {
             let guaranteed = sample.nodes.iter().all(|node| node.status.is_guaranteed());
             if guaranteed {
                 let mut checks = Checks::new(&promise);
-                checks.look(sample);
+                checks.look(sample.views());
                 assert_eq!(checks.violations(), 0, "seed {seed}, step {step}: {sample:?}");
             }
             assert!(guaranteed || step >= 50, "seed {seed}, step {step}");

@@ -168,7 +168,7 @@ fn a_neighbour_that_is_off_the_plan_is_seen() {
     {
         let (mut controller, _) = PairController::start_planned(&tables, &plan, None, &[2.5]).unwrap();
         let mut inbox = PairInbox::new();
-        let message: PairMessage = Message { step: -1, y_ref: [z], z_ref: [z] };
+        let message: PairMessage = Message { step: -1, y_ref: [z], z_ref: [z], certified: false };
         inbox.accept(&OTHER, &message).unwrap();
         let step = controller.step(&[2.5], &[0.0], &mut inbox);
         assert_eq!(step.status.references, references);

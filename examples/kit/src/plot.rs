@@ -1,8 +1,9 @@
-//! Pictures over time: panels stacked over one time axis, as SVG. Knows no tank.
+//! Pictures over time: panels stacked over one time axis, as SVG. Knows no plant.
 
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
+pub use plotters::style::RGBColor as Colour;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// What plotters says went wrong while drawing.
@@ -190,7 +191,7 @@ impl Panel {
     /// What the legend says of limits that lie outside the panel.
     fn note(&self) -> String {
         let outside: Vec<_> =
-            self.limits.iter().filter(|limit| !self.reaches(limit)).map(|l| l.label.clone()).collect();
+            self.limits.iter().filter(|l| !self.reaches(l) && !l.label.is_empty()).map(|l| l.label.clone()).collect();
         if outside.is_empty() { String::new() } else { format!("off the scale: {}", outside.join(", ")) }
     }
 

@@ -3,9 +3,10 @@
 use dpc_runtime::Control;
 
 use crate::sets::{Polytope, Promise, Subsystem};
-use crate::trajectory::{NodeSample, Sample};
+use crate::trajectory::NodeSample;
 
-/// Beyond a limit by more than this, in the limit's unit, is outside: rounding is not a violation.
+/// Beyond a limit by more than this, in the limit's unit, is outside: rounding is not a violation. What is a difference of numbers
+/// above 1 is given this much of the largest of them.
 pub const ROUNDING: f64 = 1e-9;
 
 /// Counts and smallest margins over the steps looked at.
@@ -31,10 +32,31 @@ pub struct NodeChecks {
     pub infeasible: usize,
     /// Steps at which the solver gave no solution and the shifted candidate (47), which is feasible, was used.
     pub fell_back: usize,
-    /// Steps at which the references had lost the guarantee: messages lost, or starts that do not fit together.
-    pub degraded: usize,
+    /// Steps whose status did not say that the guarantee holds.
+    pub unguaranteed: usize,
     /// Steps at which a constraint of the i-DPC problem was active.
     pub active: usize,
+}
+
+/// What is looked at of one subsystem at one step.
+#[derive(Debug, Clone, Copy)]
+pub struct View<'a> {
+    pub x: &'a [f64],
+    pub u: &'a [f64],
+    /// xhat_{t|t}.
+    pub x_nom: &'a [f64],
+    /// zref_t.
+    pub z_ref: &'a [f64],
+    pub control: Control,
+    /// Whether the status says that the guarantee does not hold.
+    pub unguaranteed: bool,
+}
+
+impl<'a> From<&'a NodeSample> for View<'a> {
+    fn from(node: &'a NodeSample) -> Self {
+        let NodeSample { x, u, x_nom, z_ref, control, unguaranteed, .. } = node;
+        Self { x, u, x_nom, z_ref, control: *control, unguaranteed: *unguaranteed }
+    }
 }
 
 /// How far inside a set a signal stayed.
@@ -52,9 +74,10 @@ impl Checks {
         Self { nodes: promise.subsystems.iter().map(NodeChecks::new).collect(), steps: 0 }
     }
 
-    pub fn look(&mut self, sample: &Sample) {
+    /// One step of all subsystems, in the order of the promise.
+    pub fn look<'a>(&mut self, step: impl IntoIterator<Item = View<'a>>) {
         self.steps += 1;
-        self.nodes.iter_mut().zip(&sample.nodes).for_each(|(checks, node)| checks.look(node));
+        self.nodes.iter_mut().zip(step).for_each(|(checks, node)| checks.look(&node));
     }
 
     /// Adds what another run saw.
@@ -66,7 +89,7 @@ impl Checks {
     /// Steps of any subsystem at which anything went wrong that Theorem 1 excludes.
     pub fn violations(&self) -> usize {
         let sets = |node: &NodeChecks| node.watches().iter().map(|watch| watch.violations).sum::<usize>();
-        self.sum(|node| sets(node) + node.infeasible + node.degraded)
+        self.sum(|node| sets(node) + node.unguaranteed)
     }
 
     pub fn sum(&self, count: impl Fn(&NodeChecks) -> usize) -> usize {
@@ -84,24 +107,24 @@ impl NodeChecks {
             infeasible: 0,
             fell_back: 0,
             active: 0,
-            degraded: 0,
+            unguaranteed: 0,
             subsystem: subsystem.clone(),
         }
     }
 
-    fn look(&mut self, node: &NodeSample) {
-        self.states.look(&node.x);
-        self.inputs.look(&node.u);
-        self.tube.look(&minus(&node.x, &node.x_nom));
-        let z = self.subsystem.coupling_output(&node.x, &node.u);
-        self.coupling.look(&minus(&z, &node.z_ref));
-        match node.status.control {
+    fn look(&mut self, node: &View) {
+        self.states.look(node.x, 1.0);
+        self.inputs.look(node.u, 1.0);
+        self.tube.look(&minus(node.x, node.x_nom), size(node.x_nom));
+        let z = self.subsystem.coupling_output(node.x, node.u);
+        self.coupling.look(&minus(&z, node.z_ref), size(node.z_ref));
+        match node.control {
             Control::AtReference => {}
             Control::Optimal { active, .. } => self.active += usize::from(active > 0),
             Control::Candidate => self.fell_back += 1,
             Control::Infeasible { .. } | Control::IterationLimit | Control::NotFinite => self.infeasible += 1,
         }
-        self.degraded += usize::from(node.status.degraded);
+        self.unguaranteed += usize::from(node.unguaranteed);
     }
 
     fn absorb(&mut self, other: &Self) {
@@ -112,7 +135,7 @@ impl NodeChecks {
         self.infeasible += other.infeasible;
         self.fell_back += other.fell_back;
         self.active += other.active;
-        self.degraded += other.degraded;
+        self.unguaranteed += other.unguaranteed;
     }
 
     fn watches(&self) -> [&Watch; 4] {
@@ -129,11 +152,11 @@ impl Watch {
         Self { set: set.clone(), margins: vec![f64::INFINITY; set.h.len()], violations: 0 }
     }
 
-    fn look(&mut self, v: &[f64]) {
+    fn look(&mut self, v: &[f64], size: f64) {
         let mut outside = false;
         for (smallest, margin) in self.margins.iter_mut().zip(self.set.margins(v)) {
             *smallest = smallest.min(margin);
-            outside |= margin.is_nan() || margin < -ROUNDING;
+            outside |= margin.is_nan() || margin < -ROUNDING * size;
         }
         self.violations += usize::from(outside);
     }
@@ -155,42 +178,47 @@ impl Watch {
     }
 }
 
+/// The largest of the numbers, at least 1.
+fn size(v: &[f64]) -> f64 {
+    v.iter().fold(1.0, |size, x| x.abs().max(size))
+}
+
 fn minus(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use dpc_runtime::{Control, Delivery, References, Status};
+    use dpc_runtime::Control;
 
-    use super::Checks;
+    use super::{Checks, View};
     use crate::sets::Promise;
-    use crate::trajectory::{NodeSample, Sample};
+    use crate::trajectory::NodeSample;
 
     const PROMISE: &str = r#"{"subsystems": [{"name": "left", "A": [], "B": [], "Cz": [[0.0, 2.0]], "Dz": [[1.0]],
         "X": {"H": [[1, 0], [0, -1]], "h": [5, 1]}, "U": {"H": [[1], [-1]], "h": [3, 3]},
         "rpi": {"H": [[1, 0], [-1, 0]], "h": [0.5, 0.5]}, "z_set": {"H": [[1], [-1]], "h": [0.25, 0.25]},
         "y_set": {"H": [[1], [-1]], "h": [2, 2]}}]}"#;
 
-    const FINE: Status<1> = Status {
-        control: Control::AtReference,
-        references: References::Nearest,
-        deliveries: [Delivery::InSequence],
-        certified: true,
-        load_within: true,
-        degraded: false,
-    };
-    const ACTIVE: Status<1> = Status { control: Control::Optimal { iterations: 3, active: 2 }, ..FINE };
+    const ACTIVE: Control = Control::Optimal { iterations: 3, active: 2 };
 
     /// Every margin is positive.
     fn inside() -> NodeSample {
-        let (x, u, x_nom, z_ref) = ([1.0, 0.5], [2.0], [1.25, 0.0], vec![2.875]);
-        NodeSample { x, u, set_point: 0.0, y_ref: 0.0, x_nom, z_ref, status: FINE }
+        NodeSample {
+            x: vec![1.0, 0.5],
+            u: vec![2.0],
+            set_point: vec![0.0],
+            y_ref: vec![0.0],
+            x_nom: vec![1.25, 0.0],
+            z_ref: vec![2.875],
+            control: Control::AtReference,
+            unguaranteed: false,
+        }
     }
 
     fn seen(node: NodeSample) -> Checks {
         let mut checks = Checks::new(&Promise::new(PROMISE).unwrap());
-        checks.look(&Sample { nodes: [node.clone(), node] });
+        checks.look([View::from(&node), View::from(&node)]);
         checks
     }
 
@@ -206,29 +234,28 @@ mod tests {
 
     #[test]
     fn each_kind_of_violation_is_counted() {
-        let with = |control| Status { control, ..FINE };
         let wrong = [
-            NodeSample { x: [1.0, -1.1], z_ref: vec![-0.2], x_nom: [1.0, -1.1], ..inside() },
-            NodeSample { u: [3.1], z_ref: vec![4.1], ..inside() },
-            NodeSample { x_nom: [1.51, 0.0], ..inside() },
+            NodeSample { x: vec![1.0, -1.1], z_ref: vec![-0.2], x_nom: vec![1.0, -1.1], ..inside() },
+            NodeSample { u: vec![3.1], z_ref: vec![4.1], ..inside() },
+            NodeSample { x_nom: vec![1.51, 0.0], ..inside() },
             NodeSample { z_ref: vec![3.26], ..inside() },
             NodeSample { z_ref: vec![f64::NAN], ..inside() },
-            NodeSample { status: with(Control::Infeasible { row: 0 }), ..inside() },
-            NodeSample { status: with(Control::IterationLimit), ..inside() },
-            NodeSample { status: with(Control::NotFinite), ..inside() },
-            NodeSample { status: Status { degraded: true, ..FINE }, ..inside() },
+            NodeSample { control: Control::Infeasible { row: 0 }, ..inside() },
+            NodeSample { control: Control::IterationLimit, ..inside() },
+            NodeSample { control: Control::NotFinite, ..inside() },
+            NodeSample { unguaranteed: true, ..inside() },
         ];
         for node in wrong {
             assert_eq!(seen(node.clone()).violations(), 1, "{node:?}");
         }
-        assert_eq!(seen(NodeSample { u: [3.0 + 1e-12], z_ref: vec![4.0], ..inside() }).violations(), 0);
+        assert_eq!(seen(NodeSample { u: vec![3.0 + 1e-12], z_ref: vec![4.0], ..inside() }).violations(), 0);
     }
 
     #[test]
     fn runs_add_up() {
         let mut checks = seen(inside());
-        checks.absorb(&seen(NodeSample { u: [3.1], z_ref: vec![4.1], status: ACTIVE, ..inside() }));
-        checks.absorb(&seen(NodeSample { status: Status { control: Control::Candidate, ..FINE }, ..inside() }));
+        checks.absorb(&seen(NodeSample { u: vec![3.1], z_ref: vec![4.1], control: ACTIVE, ..inside() }));
+        checks.absorb(&seen(NodeSample { control: Control::Candidate, ..inside() }));
         let node = &checks.nodes[0];
         assert_eq!((checks.steps, node.inputs.violations, node.active, node.fell_back), (3, 1, 1, 1));
         assert!((node.inputs.margins[0] + 0.1).abs() < 1e-12);

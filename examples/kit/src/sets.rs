@@ -2,9 +2,12 @@
 
 use serde::Deserialize;
 
-/// The part of `design.json` that the checks and the pictures need; deviation variables, cm and V.
+/// The part of `design.json` that the checks and the pictures need; deviation variables, in the user's units.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Promise {
+    /// Largest step of the references.
+    #[serde(default)]
+    pub epsilon: f64,
     pub subsystems: Vec<Subsystem>,
 }
 
@@ -63,9 +66,9 @@ impl Promise {
         serde_json::from_str(json)
     }
 
-    /// Ends of Y_1 and Y_2, cm.
-    pub fn output_ranges(&self) -> [[f64; 2]; 2] {
-        [0, 1].map(|i| self.subsystems[i].y_set.interval(0))
+    /// Ends of Y_i per subsystem, of networks with one output each and Y_i an interval.
+    pub fn output_ranges(&self) -> Vec<[f64; 2]> {
+        self.subsystems.iter().map(|subsystem| subsystem.y_set.interval(0)).collect()
     }
 }
 
@@ -76,8 +79,8 @@ impl Subsystem {
     }
 
     /// M d.
-    pub fn push(&self, d: &[f64]) -> [f64; 2] {
-        [0, 1].map(|k| dot(&self.M[k], d))
+    pub fn push(&self, d: &[f64]) -> Vec<f64> {
+        self.M.iter().map(|row| dot(row, d)).collect()
     }
 }
 

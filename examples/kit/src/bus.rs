@@ -1,6 +1,6 @@
 //! An in-process bus: what is sent in one period is there for the next, as bytes, as on a wire.
 
-use dpc_runtime::Message;
+use dpc_runtime::{Message, Refused};
 
 /// Datagrams on their way. Nodes are known by number.
 #[derive(Debug, Clone, Default)]
@@ -23,9 +23,21 @@ pub struct WrongLength {
     pub got: usize,
 }
 
+/// Why a datagram was not filed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NotReceived {
+    WrongLength(WrongLength),
+    Refused(Refused),
+}
+
 impl Bus {
     pub fn send<const NY: usize, const NZ: usize>(&mut self, from: usize, to: usize, message: &Message<NY, NZ>) {
-        self.datagrams.push(Datagram { from, to, bytes: encode(message) });
+        self.pass(Datagram { from, to, bytes: encode(message) });
+    }
+
+    /// The same of a message that is encoded already.
+    pub fn pass(&mut self, datagram: Datagram) {
+        self.datagrams.push(datagram);
     }
 
     /// Takes what has been sent to `node` off the bus, in the order it was sent.
@@ -61,6 +73,17 @@ impl std::fmt::Display for WrongLength {
 }
 
 impl std::error::Error for WrongLength {}
+
+impl std::fmt::Display for NotReceived {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::WrongLength(wrong) => wrong.fmt(f),
+            Self::Refused(refused) => refused.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for NotReceived {}
 
 #[cfg(test)]
 mod tests {
