@@ -66,6 +66,7 @@ fn package() -> PathBuf {
     assert_eq!(folder, package.join("emitted/mod_"));
     let sparse = lower(read("cases/emit/odd.toml".as_ref())).ok().and_then(sparsely).expect("a design exists");
     Emitted::new(&sparse).write(&package.join("emitted/sparse")).expect("the target folder is writable");
+    compile_into(&root().join("cases/emit/started.toml"), &package.join("emitted")).expect("a design exists");
     let runtime = root().parent().expect("the workspace").join("runtime");
     let manifest = format!(
         "[package]\nname = \"odd\"\nversion = \"0.0.0\"\nedition = \"2024\"\n\n[dependencies]\n\
@@ -80,7 +81,7 @@ fn package() -> PathBuf {
 /// What `dpc_codegen::build::compile` does, but for the design, which is made already.
 const BUILD: &str = r#"
 fn main() {
-    for folder in ["mod_", "sparse"] {
+    for folder in ["mod_", "sparse", "started"] {
         let out = std::path::PathBuf::from(std::env::var_os("OUT_DIR").unwrap()).join(folder);
         std::fs::create_dir_all(&out).unwrap();
         for file in std::fs::read_dir(std::path::Path::new("emitted").join(folder)).unwrap() {
@@ -102,6 +103,39 @@ mod sparse {
     include!(concat!(env!("OUT_DIR"), "/sparse/mod.rs"));
 }
 
+mod started {
+    include!(concat!(env!("OUT_DIR"), "/started/mod.rs"));
+}
+
+/// Starts away from rest, with loads in one subsystem and a measurement error in another.
+fn start_away_from_rest() {
+    use started::{con_, plane, tanks_1_2, type_};
+
+    let (mut first, from_type) = type_::start_planned(&type_::START, &type_::START_X).unwrap();
+    let loads = &tanks_1_2::START_LOADS;
+    let (mut second, mut loads, from_tanks) =
+        tanks_1_2::start_planned(&tanks_1_2::START, loads, &tanks_1_2::START_X).unwrap();
+    let (mut third, from_plane) = plane::start_planned(&plane::START, &plane::START_X).unwrap();
+    con_::start_planned(&con_::START, &con_::START_X).unwrap();
+    assert!(plane::start_planned(&plane::START, &[-9.0, 9.0]).is_err());
+
+    let mut inbox = type_::Inbox::new();
+    inbox.accept(&type_::FROM_TANKS_1_2, &from_tanks).unwrap();
+    inbox.accept(&type_::FROM_PLANE, &from_plane).unwrap();
+    let step = first.step(&type_::START_X, &[1.0], &mut inbox);
+    assert!(step.status.is_guaranteed(), "{:?}", step.status);
+
+    let load = loads.admit(&tanks_1_2::START_LOADS);
+    let step = second.step_under(&tanks_1_2::START_X, &[0.0], &load, &mut tanks_1_2::Inbox::new());
+    assert!(load.within && step.status.is_guaranteed(), "{:?}", step.status);
+
+    let mut inbox = plane::Inbox::new();
+    inbox.accept(&plane::FROM_TYPE_, &from_type).unwrap();
+    let measured = [plane::START_X[0] + 0.01, plane::START_X[1] - 0.02];
+    let step = third.step(&measured, &[1.0, 2.0], &mut inbox);
+    assert!(step.status.is_guaranteed(), "{:?}", step.status);
+}
+
 /// The firmware of one node includes one file.
 #[allow(unused)]
 mod node {
@@ -111,6 +145,7 @@ mod node {
 use controllers::{con_, plane, tanks_1_2, type_};
 
 fn main() {
+    start_away_from_rest();
     let rest = [0.5, 1.0, 0.5, 0.25, -1.0];
     let (mut first, from_type) = type_::start(&type_::steady_state(&rest)).unwrap();
     let (mut second, from_tanks) = tanks_1_2::start(&tanks_1_2::steady_state(&rest)).unwrap();

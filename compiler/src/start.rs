@@ -54,6 +54,7 @@
 //! program for its remainder, and then every row is checked to keep a margin, for the numbers as they are emitted.
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
+mod correction;
 mod limits;
 mod program;
 mod realise;
@@ -129,7 +130,7 @@ impl Design {
         refusal::check(&self.network, start)?;
         let limits = Limits::new(self, start);
         self.best_plan(&limits, start)
-            .or_else(|failed| Err(NoPlan::NoneFound { nearest: self.nearest(&limits, start).map(Box::new), failed }))
+            .map_err(|failed| NoPlan::NoneFound { nearest: self.nearest(&limits, start).map(Box::new), failed })
     }
 
     /// The shortest plan that leaves half of E_i at the start; where there is none, the shortest with xhat on the reference; else the

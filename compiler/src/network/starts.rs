@@ -6,6 +6,7 @@ use super::shape::vector;
 use super::words::{names, number};
 use super::{Network, Subsystem};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Source, code};
+use crate::optim::rounding::to_digits;
 use crate::spec::{At, Row, Spec, StartOf, did_you_mean};
 
 /// A state of the network, and its loads at that time.
@@ -81,7 +82,7 @@ fn of_states(row: &Row, s: &Subsystem, errors: &mut Diagnostics) -> Option<DVect
     let values = &s.X.H * &x;
     let outside = values.iter().zip(&s.X.h).position(|(value, limit)| value > limit);
     if let Some(r) = outside {
-        let excess = number(values[r] - s.X.h[r]);
+        let excess = number(to_digits(values[r] - s.X.h[r], 6));
         let error = Diagnostic::error(code::START_OUTSIDE, format!("`x0` of subsystem `{}` lies outside of X", s.name));
         let label = format!("`{}` does not hold, by {excess}", s.X.rows[r]);
         errors.push(error.at(row.place.clone(), label).help("no input can make up for a constraint that is broken at the start: state a start that keeps it, or widen the bound"));
@@ -90,7 +91,10 @@ fn of_states(row: &Row, s: &Subsystem, errors: &mut Diagnostics) -> Option<DVect
 }
 
 fn of_loads(row: &Row, s: &Subsystem, errors: &mut Diagnostics) -> Option<DVector<f64>> {
-    let per_load = format!("one per load: {}", names(&s.loads.signals));
+    let per_load = match &s.loads.signals[..] {
+        [] => "this subsystem has no `loads`".to_owned(),
+        loads => format!("one per load: {}", names(loads)),
+    };
     let d = vector(&format!("`d0` of subsystem `{}`", s.name), row, s.loads.len(), &per_load, errors)?;
     let inside = |k: &usize| (s.loads.min[*k]..=s.loads.max[*k]).contains(&d[*k]);
     let outside = (0..d.len()).find(|k| !inside(k));

@@ -2,6 +2,7 @@
 
 use nalgebra::DVector;
 
+use super::correction::Correction;
 use super::limits::Limits;
 use super::program::Part;
 use super::verify::verify;
@@ -9,7 +10,6 @@ use super::{StartPlan, SubsystemPlan};
 use crate::design::Design;
 use crate::emit::fingerprint;
 use crate::network::{Network, Start};
-use crate::optim::quadratic::{Answer, QuadraticProgram};
 use crate::optim::rounding::to_digits;
 
 /// Digits of the inputs.
@@ -37,7 +37,12 @@ pub fn realise(design: &Design, limits: &Limits, start: &Start, mut draft: Vec<P
             let margin = verify(design, limits, &plan)?;
             return Some(StartPlan { margin, ..plan });
         }
-        correct(design, limits, &run, &mut draft)?;
+        let moves = Correction::new(design, limits, &run.left, run.x.len() - 1)?;
+        draft.iter_mut().enumerate().for_each(|(i, part)| {
+            part.x = (0..run.x.len()).map(|t| &run.x[t][i] + moves.x(t, i)).collect();
+            part.u = (0..run.u.len()).map(|t| &run.u[t][i] + moves.u(t, i)).collect();
+            part.e += moves.e(i);
+        });
     }
     None
 }
@@ -137,59 +142,4 @@ pub fn successor(
         next
     };
     (0..x.len()).map(next).collect()
-}
-
-/// Adds the smallest moves after which nothing is left at T, solved for in units of what is left.
-fn correct(design: &Design, limits: &Limits, run: &Run, draft: &mut [Part]) -> Option<()> {
-    let network = &design.network;
-    let units = limits.subsystems.iter().map(|own| &own.x_unit);
-    let relative = |(left, unit): (&DVector<f64>, &DVector<f64>)| left.component_div(unit).amax();
-    let size = run.left.iter().zip(units).map(relative).fold(0.0, f64::max);
-    let steps = run.x.len() - 1;
-    let mut program = QuadraticProgram::default();
-    let take = |unit: &DVector<f64>, square: f64, program: &mut QuadraticProgram| -> Vec<usize> {
-        unit.iter().map(|unit| program.variable(*unit, square)).collect()
-    };
-    let (mut x, mut u): (Vec<Vec<Vec<usize>>>, Vec<Vec<Vec<usize>>>) = (Vec::new(), Vec::new());
-    for _ in 0..=steps {
-        x.push(limits.subsystems.iter().map(|own| take(&own.x_unit, 0.0, &mut program)).collect());
-        u.push(limits.subsystems.iter().map(|own| take(&own.u_unit, 1.0, &mut program)).collect());
-    }
-    let e: Vec<_> = limits.subsystems.iter().map(|own| take(&own.e_unit, 0.0, &mut program)).collect();
-    for (i, s) in network.subsystems.iter().enumerate() {
-        let g = &design.gains.subsystems[i];
-        for k in 0..s.n() {
-            program.zero([(x[0][i][k], 1.0)], 0.0);
-            for t in 0..=steps {
-                let mut terms = vec![(if t < steps { x[t + 1][i][k] } else { x[t][i][k] }, -1.0)];
-                terms.extend(x[t][i].iter().zip(s.A.row(k).iter()).map(|(place, a)| (*place, *a)));
-                terms.extend(u[t][i].iter().zip(s.B.row(k).iter()).map(|(place, b)| (*place, *b)));
-                for (&j, L) in &s.L {
-                    let (gain, other) = (s.E.row(k) * L, &network.subsystems[j]);
-                    let (on_x, on_u) = (&gain * &other.Cz, &gain * &other.Dz);
-                    terms.extend(x[t][j].iter().zip(on_x.iter()).map(|(place, a)| (*place, *a)));
-                    terms.extend(u[t][j].iter().zip(on_u.iter()).map(|(place, b)| (*place, *b)));
-                }
-                let left = if t < steps { 0.0 } else { run.left[i][k] / size };
-                terms.retain(|(_, a)| *a != 0.0);
-                program.zero(terms, left);
-            }
-        }
-        for k in 0..s.m() {
-            let mut terms = vec![(u[steps][i][k], -1.0)];
-            terms.extend(x[steps][i].iter().zip(g.Kx.row(k).iter()).map(|(place, a)| (*place, *a)));
-            terms.extend(e[i].iter().zip(g.Ke.row(k).iter()).map(|(place, a)| (*place, *a)));
-            program.zero(terms, 0.0);
-        }
-    }
-    let Answer::Point(point) = program.solve() else { return None };
-    let found = |places: &[usize]| DVector::from_iterator(places.len(), places.iter().map(|k| point.x[*k] * size));
-    for (i, part) in draft.iter_mut().enumerate() {
-        for t in 0..=steps {
-            part.x[t] = &run.x[t][i] + found(&x[t][i]);
-            part.u[t] = &run.u[t][i] + found(&u[t][i]);
-        }
-        part.e += found(&e[i]);
-    }
-    Some(())
 }

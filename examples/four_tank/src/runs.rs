@@ -6,7 +6,7 @@ use crate::checks::Checks;
 use crate::closed_loop::ClosedLoop;
 use crate::controllers::{left, right};
 use crate::node::{Node, Process};
-use crate::plant::{LinearTanks, Plant};
+use crate::plant::{Levels, LinearTanks, Plant};
 use crate::random::Random;
 use crate::scenario::{Scenario, output_ranges};
 use crate::sets::Promise;
@@ -32,18 +32,35 @@ pub fn from_rest(plant: &dyn Plant, promise: &Promise, scenario: &Scenario) -> R
     follow(at_rest(plant, promise)?, promise, scenario, |_, _| {})
 }
 
+/// The start-up plan of one side, as emitted files and the compiler's library give it.
+pub type Plan = started::left::StartPlan<'static>;
+
 /// From the start that `designs/started.toml` states, by its start-up plan, through `scenario`; `promise` is that design's.
 ///
 /// # Errors
 /// As [`from_rest`].
 pub fn planned(promise: &Promise, scenario: &Scenario) -> Result<Run, Failure> {
-    let (first, to_right) = started::left::start_planned(&started::left::START, &started::left::START_X)?;
-    let (second, to_left) = started::right::start_planned(&started::right::START, &started::right::START_X)?;
+    let ([h1, h2], [h3, h4]) = (started::left::START_X, started::right::START_X);
+    planned_from(promise, [&started::left::START, &started::right::START], [h1, h2, h3, h4], scenario)
+}
+
+/// From any levels, by the plans for them, which may be of any time.
+///
+/// # Errors
+/// As [`from_rest`]: among others, the levels do not fit the plans.
+pub fn planned_from(
+    promise: &Promise,
+    plans: [&'static Plan; 2],
+    levels: Levels,
+    scenario: &Scenario,
+) -> Result<Run, Failure> {
+    let [h1, h2, h3, h4] = levels;
+    let (first, to_right) = started::left::start_planned(plans[0], &[h1, h2])?;
+    let (second, to_left) = started::right::start_planned(plans[1], &[h3, h4])?;
     let first = Process::new(first, started::left::FROM_RIGHT);
     let second = Process::new(second, started::right::FROM_LEFT);
     let nodes: [Started; 2] = [(Box::new(first), to_right), (Box::new(second), to_left)];
-    let ([h1, h2], [h3, h4]) = (started::left::START_X, started::right::START_X);
-    follow(ClosedLoop::new(&LinearTanks, promise, nodes, [h1, h2, h3, h4]), promise, scenario, |_, _| {})
+    follow(ClosedLoop::new(&LinearTanks, promise, nodes, levels), promise, scenario, |_, _| {})
 }
 
 /// Tanks and controllers at rest at zero deviation.
