@@ -50,6 +50,7 @@ impl Design {
         let network = Network::new(&spec, source)?;
         watch.stage("Network");
         let effort = effort.unwrap_or(network.effort);
+        effort.fits(&network)?;
         let settled = Settled::watched(network.clone(), watch);
         let start = settled.as_ref().map_or(&network, |settled| &settled.network);
         match Tuning::new(start, effort, watch) {
