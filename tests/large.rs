@@ -131,6 +131,34 @@ fn large_designs_are_the_same_every_time() {
     assert_eq!(files(), files());
 }
 
+/// One norm for the whole network would charge every row for its slowest mode.
+#[test]
+fn a_slow_subsystem_does_not_spoil_the_rows_of_others() {
+    let part = |name: &str, more: &str| {
+        format!(
+            "[subsystem.{name}]\nstates = [\"x\"]\ninputs = [\"u\"]\noutputs = [\"x\"]\nA = [[0.5]]\nB = [[1.0]]\nC = [[1.0]]\n\
+             x = {{ min = [-5.0], max = [5.0] }}\nu = {{ min = [-4.0], max = [4.0] }}\n{more}\n"
+        )
+    };
+    let text =
+        HEAD.to_owned() + &part("fast", "") + &part("slow", "Kx = [[-0.2]]\nKe = [[1e-7]]\nfrom.fast.A = [[0.01]]");
+    let network = lower(Source { path: "slow.toml".to_owned(), text }).expect("a valid network");
+    let gains = Gains::new(&network).expect("gains");
+    assert!(matches!(gains.proof, Proof::Norm(_)) && gains.rho_calF > 1.0 - 1e-6, "{}", gains.rho_calF);
+    let sets = Sets::new(&network, &gains).expect("sets");
+    let alone = lower(Source { path: "fast.toml".to_owned(), text: HEAD.to_owned() + &part("fast", "") });
+    let alone = alone.expect("a valid network");
+    let alone = Sets::new(&alone, &Gains::new(&alone).expect("gains")).expect("sets");
+    let rows =
+        |sets: &Sets| sets.subsystems[0].x_rows.iter().chain(&sets.subsystems[0].u_rows).map(|row| row.rate).collect();
+    let (beside, alone): (Vec<f64>, Vec<f64>) = (rows(&sets), rows(&alone));
+    for (beside, alone) in beside.iter().zip(&alone) {
+        assert!((beside / alone - 1.0).abs() < 1e-6, "{beside} {alone}");
+    }
+}
+
+const HEAD: &str = "name = \"slow\"\nsample-time = 1.0\nhorizon = 3\n";
+
 fn refused(text: String) -> (Source, Diagnostics) {
     let source = Source { path: "large.toml".to_owned(), text };
     let mistakes = Design::new(source.clone()).expect_err("no design");
