@@ -19,7 +19,7 @@ use crate::optim::rounding::to_digits;
 use crate::optim::sparse::Sparse;
 use crate::sharing::{Key, shared};
 pub use interconnection::{Layer, interconnection};
-pub use large::{is_too_large_for_dense, reference_states};
+pub use large::{MOST_DENSE, is_too_large_for_dense, reference_states};
 pub use pairing::is_wrongly_paired;
 pub use settle::{GainChoice, Settled, origin};
 

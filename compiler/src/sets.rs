@@ -19,7 +19,7 @@ use crate::optim::block_lu::BlockLu;
 use crate::optim::lyapunov::{Contraction, spectral_radius};
 use crate::optim::modes::modal_normals;
 use crate::optim::perron::Perron;
-use crate::optim::responses::{power_sum, starts};
+use crate::optim::responses::{Accuracy, power_sum, starts};
 use crate::optim::rounding::{sum_upper, up_to_digits};
 use crate::optim::sparse::Sparse;
 use crate::sharing::{Key, shared, spread};
@@ -234,7 +234,7 @@ pub fn small_gain_rows(
     contraction: &Contraction,
 ) -> BTreeMap<usize, DMatrix<f64>> {
     let z_rows = &s.Cz + &s.Dz * K;
-    s.L.iter().map(|(&j, L)| (j, power_sum(&z_rows, F, contraction, &(&s.E * L), TAIL))).collect()
+    s.L.iter().map(|(&j, L)| (j, power_sum(&z_rows, F, contraction, &(&s.E * L), Accuracy::FULL))).collect()
 }
 
 /// The largest share of the room in a row of X_i or U_i that references take per unit of epsilon.
@@ -317,9 +317,6 @@ fn small_gain(network: &Network, gains: &[SubsystemGains], z: &[usize]) -> Spars
     let blocks = blocks.flat_map(|(i, (s, rows))| s.L.keys().zip(rows).map(move |(&j, block)| ((z[i], z[j]), block)));
     Sparse::from_blocks(z[parts.len()], z[parts.len()], blocks)
 }
-
-/// What is left of a sum over powers when it ends, relative.
-const TAIL: f64 = 1e-10;
 
 /// Half-widths of Z_i for Delta_i^z of natural size: (I - S)^-1 times the range of z. In a large network to two digits, so that
 /// equal subsystems far from its borders share their sets.
@@ -424,14 +421,15 @@ fn loop_blocks(
 
 /// The normals of every Sigma_i: positively invariant at the size that a disturbance as large as the state's range would need.
 fn terminals(network: &Network, gains: &Gains) -> Result<Vec<Shape>, Diagnostics> {
-    let parts = &network.subsystems;
-    let terminal = |i: usize| {
-        let scale = state_scale(&parts[i]);
-        let r = |P: &DMatrix<f64>| (floor_support(P, &scale), DVector::zeros(P.nrows()));
-        shape(&parts[i], &gains.subsystems[i], 0, network.wishes.facet_loss, r)
-    };
-    let made = shared(parts.len(), |i| shape_key(network, gains, i), terminal);
+    let made = shared(network.subsystems.len(), |i| shape_key(network, gains, i), |i| terminal(network, gains, i));
     all_or(made, |i| no_invariant_set(network, gains, i, "Sigma_i"))
+}
+
+fn terminal(network: &Network, gains: &Gains, i: usize) -> Option<Shape> {
+    let (s, g) = (&network.subsystems[i], &gains.subsystems[i]);
+    let scale = state_scale(s);
+    let r = |P: &DMatrix<f64>| (floor_support(P, &scale), DVector::zeros(P.nrows()));
+    shape(s, g, 0, network.wishes.facet_loss, r)
 }
 
 /// Normals on which an invariant set exists: the needed directions, then times powers of F_ii, then with the modes of
@@ -634,4 +632,56 @@ fn strongest_loop(S: &Sparse, owners: &[usize]) -> Vec<usize> {
 fn block_gain(S: &Sparse, z: &[usize], i: usize, j: usize) -> f64 {
     let entries = (z[i]..z[i + 1]).flat_map(|row| S.row(row));
     entries.filter(|(column, _)| (z[j]..z[j + 1]).contains(column)).fold(0.0, |gain, (_, value)| value.max(gain))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnostic::Source;
+    use crate::spec::Spec;
+
+    /// A ring of six subsystems of two kinds.
+    fn ring() -> (Network, Gains) {
+        let mut text = "name = \"ring\"\nsample-time = 1.0\nhorizon = 3\n".to_owned();
+        for i in 0..6 {
+            text += &format!(
+                "[subsystem.s{i}]\nstates = [\"a\", \"b\"]\ninputs = [\"u\"]\noutputs = [\"a\"]\nA = [[0.8, 0.1], [0.05, {}]]\n\
+                 B = [[0.1], [0.02]]\nC = [[1.0, 0.0]]\nx = {{ min = [-3, -4], max = [5, 4] }}\nu = {{ min = [-2], max = [2] }}\n\
+                 from.s{}.A = [[0.02, 0.0], [0.0, 0.0]]\n",
+                if i % 2 == 0 { "0.9" } else { "0.95" },
+                (i + 1) % 6
+            );
+        }
+        let source = Source { path: "ring.toml".to_owned(), text };
+        let network = Network::new(&Spec::parse(&source).unwrap(), source).unwrap();
+        let gains = Gains::new(&network).unwrap();
+        (network, gains)
+    }
+
+    #[test]
+    fn equal_subsystems_share_the_shapes_that_each_would_get_alone() {
+        let (network, gains) = ring();
+        let z = z_starts(&network);
+        let (S, _) = small_gain_matrix(&network, &gains.subsystems);
+        // As in a large network: to two digits.
+        let zeta = nominal_zeta(&network, &S, &z).map(|zeta| up_to_digits(zeta, 2));
+        let (shared, _) = tubes(&network, &gains, &zeta, &z).unwrap();
+        let shapes = |i: usize| (format!("{:?}", shared[i]), format!("{:?}", tube(&network, &gains, i, 0, &zeta, &z)));
+        (0..6).map(shapes).for_each(|(shared, alone)| assert_eq!(format!("Some({shared})"), alone));
+        assert_eq!(shapes(0).0, shapes(2).0);
+        assert_ne!(shapes(0).0, shapes(1).0);
+        let terminals = terminals(&network, &gains).unwrap();
+        let alone = (0..6).map(|i| format!("{:?}", terminal(&network, &gains, i)));
+        alone.zip(&terminals).for_each(|(alone, shared)| assert_eq!(alone, format!("Some({shared:?})")));
+    }
+
+    #[test]
+    fn equal_subsystems_share_rows_of_the_small_gain() {
+        let (network, gains) = ring();
+        let (S, _) = small_gain_matrix(&network, &gains.subsystems);
+        for (i, (s, g)) in network.subsystems.iter().zip(&gains.subsystems).enumerate() {
+            let alone = small_gain_rows(s, &g.K, &g.F, &g.contraction);
+            assert_eq!(S.row(i), [((i + 1) % 6, alone[&((i + 1) % 6)][(0, 0)])]);
+        }
+    }
 }

@@ -17,8 +17,8 @@ mod frozen;
 mod judge;
 mod search;
 
-use crate::diagnostic::Diagnostics;
-use crate::gains::{Layer, Settled};
+use crate::diagnostic::{Diagnostic, Diagnostics, code};
+use crate::gains::{Layer, MOST_DENSE, Settled, is_too_large_for_dense, reference_states};
 use crate::network::Network;
 use candidate::Candidate;
 pub use figures::{DesignFigures, Figures};
@@ -41,6 +41,22 @@ impl Effort {
 
     pub fn level(self) -> u8 {
         self.0
+    }
+
+    /// A search compares dense designs: a network that is too large for these has the plain gains only.
+    ///
+    /// # Errors
+    /// E0109 where a search is asked for all the same.
+    pub fn fits(self, network: &Network) -> Result<(), Diagnostic> {
+        if self.budget() == 0 || !is_too_large_for_dense(network) {
+            return Ok(());
+        }
+        let place = network.places.sizing.clone().unwrap_or_default();
+        let error = Diagnostic::error(code::OUT_OF_RANGE, "this network is too large for a search for gains");
+        Err(error
+            .at(place, format!("effort {}", self.level()))
+            .note(format!("it has {} reference states, the sum of states and outputs; designs are compared up to {MOST_DENSE}", reference_states(network)))
+            .help("leave `effort` out; search in a smaller network of the same subsystems, and state the gains that `--gains-out` writes"))
     }
 
     /// Designs that are compared at most.

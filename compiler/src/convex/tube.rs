@@ -67,6 +67,11 @@ impl PowerSum {
     /// and the same geometric bound for what rounding did to the powers. The sum ends when the tail hardly matters, or
     /// after `MOST_STEPS` with whatever tail is left.
     pub fn support(&self, d: &DVector<f64>) -> f64 {
+        self.support_and_doubt(d).0
+    }
+
+    /// [`PowerSum::support`], and how much of it is tail and rounding: what a better bound could at most save.
+    pub fn support_and_doubt(&self, d: &DVector<f64>) -> (f64, f64) {
         let (mut sum, mut drift, mut row) = (0.0_f64, 0.0, d.clone());
         let later = self.reach / (1.0 - self.contraction.lambda);
         let whole = self.contraction.dual_norm(d);
@@ -82,7 +87,8 @@ impl PowerSum {
         }
         let tail = self.contraction.dual_norm(&row) * later;
         let error = whole * self.reach_error / (1.0 - self.contraction.lambda);
-        (sum * (1.0 + MOST_STEPS as f64 * f64::EPSILON) + tail + drift + error) * INFLATE
+        let doubt = tail + drift + error;
+        ((sum * (1.0 + MOST_STEPS as f64 * f64::EPSILON) + doubt) * INFLATE, doubt)
     }
 
     /// Support values in several directions, for comparisons: with a tail of at most one percent, or what is left of it

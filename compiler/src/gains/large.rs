@@ -25,6 +25,11 @@ pub fn is_too_large_for_dense(network: &Network) -> bool {
 }
 
 impl Gains {
+    /// The proof of large networks for one that has another; `None` where it fails.
+    pub fn responses(&self, network: &Network) -> Option<Responses> {
+        Responses::new(&reference_loops(network, &self.subsystems)).ok()
+    }
+
     /// The margins are bounds. The full rank that Assumption 2 asks for follows from calF being Schur: a left null vector (v, w)
     /// of \[I - A, -B; C, 0\] is a left eigenvector of calF at 1, whatever calK is (Hautus).
     ///

@@ -154,13 +154,10 @@ fn sums(loops: &[Loop], scale: f64) -> Option<Vec<DMatrix<f64>>> {
             columns = columns.resize_horizontally(width + B.ncols(), 0.0);
             columns.columns_mut(width, B.ncols()).copy_from(&(B / scale));
         }
-        Some(power_sum(&rows, &D, &contraction, &columns, LOOSE))
+        Some(power_sum(&rows, &D, &contraction, &columns, Accuracy::LOOSE))
     };
     shared(loops.len(), key, sum).into_iter().collect()
 }
-
-/// Relative accuracy of sums that only have to be bounds.
-const LOOSE: f64 = 1e-3;
 
 fn loop_gains(loops: &[Loop], sums: &[DMatrix<f64>], z: &[usize]) -> Sparse {
     let mut blocks = Vec::new();
@@ -182,31 +179,48 @@ pub fn starts(sizes: impl Iterator<Item = usize>) -> Vec<usize> {
     starts
 }
 
-/// Upper bound of the sum over k of |C F^k B|, entrywise, with a tail of at most `tolerance` of each entry.
+/// When a sum over powers ends.
+#[derive(Debug, Clone, Copy)]
+pub struct Accuracy {
+    /// The tail, relative to the sum.
+    tail: f64,
+    /// With whatever tail is left.
+    steps: usize,
+}
+
+impl Accuracy {
+    pub const FULL: Self = Self { tail: 1e-10, steps: usize::MAX };
+    /// For sums that only have to be bounds.
+    const LOOSE: Self = Self { tail: 1e-3, steps: 20_000 };
+}
+
+/// Upper bound of the sum over k of |C F^k B|, entrywise.
 pub fn power_sum(
     C: &DMatrix<f64>,
     F: &DMatrix<f64>,
     contraction: &Contraction,
     B: &DMatrix<f64>,
-    tolerance: f64,
+    accuracy: Accuracy,
 ) -> DMatrix<f64> {
     let columns: Vec<f64> = B.column_iter().map(|b| contraction.norm(&b.into_owned())).collect();
     let geometric = 1.0 / (1.0 - contraction.lambda);
-    let mut sum = DMatrix::<f64>::zeros(C.nrows(), B.ncols());
-    let mut row = C.clone();
     let tail = |row: &DMatrix<f64>| {
         let dual: Vec<f64> = row.row_iter().map(|c| contraction.dual_norm(&c.transpose())).collect();
         DMatrix::from_fn(C.nrows(), B.ncols(), |i, j| dual[i] * columns[j] * geometric)
     };
     // Where B does not reach a row at all its sum stays 0: then the tail ends at what counts as nothing.
-    let nothing = tail(C) * (tolerance * tolerance);
+    let nothing = tail(C) * (accuracy.tail * accuracy.tail);
+    let mut sum = DMatrix::<f64>::zeros(C.nrows(), B.ncols());
+    let (mut row, mut step) = (C.clone(), 0);
     loop {
         let tail = tail(&row);
-        if tail.iter().zip(&sum).zip(&nothing).all(|((tail, sum), nothing)| *tail <= (tolerance * sum).max(*nothing)) {
+        let least = sum.zip_map(&nothing, |sum, nothing| (accuracy.tail * sum).max(nothing));
+        if step >= accuracy.steps || tail.iter().zip(&least).all(|(tail, least)| tail <= least) {
             // The relative rounding of the powers stays far below 1e-9 for every contraction that could be proved.
             return (sum + tail) * (1.0 + 1e-9);
         }
         sum += (&row * B).abs();
         row *= F;
+        step += 1;
     }
 }

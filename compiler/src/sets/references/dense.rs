@@ -1,11 +1,12 @@
 //! By collective matrices.
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{ReferenceShare, Shares, Sums, collective_floor, loads};
+use super::{ReferenceShare, Shares, Sums, collective_floor, loads, sparse};
 use crate::convex::PowerSum;
 use crate::gains::Gains;
 use crate::network::{Network, Subsystem};
@@ -49,32 +50,40 @@ impl References {
 
     /// Per subsystem, the rows of X_i on xref and of U_i on uref = calK chi.
     pub fn shares(&self, network: &Network, gains: &Gains, sums: Sums) -> Vec<Shares> {
-        let parts = network.subsystems.iter().zip(&gains.subsystems).enumerate();
-        let directions: Vec<Vec<_>> =
-            parts.map(|(i, (s, g))| super::rows(s, g).iter().map(|row| self.direction(i, row)).collect()).collect();
-        let mut rates = self.rates(&directions, sums).into_iter();
+        let parts = network.subsystems.iter().zip(&gains.subsystems);
+        let rows: Vec<Vec<_>> = parts.map(|(s, g)| super::rows(s, g)).collect();
+        let mut rates = self.rates(&rows, sums).into_iter();
+        let better = OnceCell::new();
         let mut shares = Vec::new();
-        for (s, directions) in network.subsystems.iter().zip(directions) {
-            let mut x_rows: Vec<_> =
-                directions.into_iter().zip(&mut rates).map(|(d, rate)| self.share(&d, rate)).collect();
-            let u_rows = x_rows.split_off(s.X.h.len());
+        for (i, rows) in rows.iter().enumerate() {
+            let share = |(row, (rate, doubt)): (&DVector<f64>, (f64, f64))| {
+                let share = self.share(&self.direction(i, row), rate);
+                if doubt <= MOST_DOUBT * rate {
+                    return share;
+                }
+                let sparse = better.get_or_init(|| by_sparse_rows(network, gains));
+                let other = sparse.as_ref().and_then(|sparse| sparse.whole_share(i, row));
+                other.filter(|other| other.rate < rate).unwrap_or(share)
+            };
+            let mut x_rows: Vec<_> = rows.iter().zip(&mut rates).map(share).collect();
+            let u_rows = x_rows.split_off(network.subsystems[i].X.h.len());
             shares.push((x_rows, u_rows));
         }
         shares
     }
 
-    /// Support of Delta^chi in the given directions, one list per subsystem. The set is symmetric: the two bounds of one
-    /// signal need one sum.
-    fn rates(&self, directions: &[Vec<DVector<f64>>], sums: Sums) -> Vec<f64> {
+    /// Support of Delta^chi in the given rows, one list per subsystem, and how much of it is tail and rounding. The set is
+    /// symmetric: the two bounds of one signal need one sum.
+    fn rates(&self, rows: &[Vec<DVector<f64>>], sums: Sums) -> Vec<(f64, f64)> {
         let (mut different, mut of) = (Vec::new(), Vec::new());
-        for list in directions {
+        for (i, list) in rows.iter().enumerate() {
             let (own, own_of) = super::different(list);
             of.extend(own_of.into_iter().map(|(k, _)| different.len() + k));
-            different.extend(own);
+            different.extend(own.iter().map(|row| self.direction(i, row)));
         }
-        let rates = match sums {
-            Sums::Proved => different.iter().map(|d| self.sum.support(d)).collect(),
-            Sums::Estimated => self.sum.estimates(&different),
+        let rates: Vec<(f64, f64)> = match sums {
+            Sums::Proved => different.iter().map(|d| self.sum.support_and_doubt(d)).collect(),
+            Sums::Estimated => self.sum.estimates(&different).into_iter().map(|rate| (rate, 0.0)).collect(),
         };
         of.into_iter().map(|k| rates[k]).collect()
     }
@@ -119,6 +128,17 @@ impl References {
         let constraints = network.coupling_constraints.iter();
         constraints.map(|c| c.H.iter().map(|(&j, H)| (j, rate(j, H))).collect()).collect()
     }
+}
+
+/// Where so much of a support value, relative, is tail and rounding, another way to bound it is tried: one norm for the whole
+/// network charges a row for the slowest mode of all, whether it has a part in it or not.
+const MOST_DOUBT: f64 = 1e-5;
+
+fn by_sparse_rows(network: &Network, gains: &Gains) -> Option<sparse::References> {
+    let responses = gains.responses(network)?;
+    // Nothing is left out of the rows.
+    let caps = DVector::from_element(gains.calG.ncols(), f64::INFINITY);
+    sparse::References::new(network, gains, &responses, caps)
 }
 
 /// What double precision may have done to an entry of (I - F) `steady` - G.

@@ -113,6 +113,12 @@ impl References {
         spread_with(network.subsystems.len(), || self.front.space(), of)
     }
 
+    /// The share of one row over chi_i, with every entry of its steady state.
+    pub fn whole_share(&self, i: usize, row: &DVector<f64>) -> Option<ReferenceShare> {
+        let known = self.directions(&mut self.front.space(), i, std::slice::from_ref(row), Care::PROVED);
+        known.first().map(|known| self.share(known, 1.0, 0.0))
+    }
+
     /// All that is to be known of a few rows over chi_i.
     fn directions(&self, space: &mut Space, i: usize, rows: &[DVector<f64>], care: Care) -> Vec<Direction> {
         let d: Vec<_> = rows.iter().map(|row| self.placed(i, row)).collect();
