@@ -15,8 +15,8 @@ use crate::strips::SymmetricSet;
 pub fn violation(design: &Design, x0: &[DVector<f64>], steps: usize) -> Option<f64> {
     let mut program = Elastic::new(design, steps);
     program.plant(design, x0);
-    for i in 0..x0.len() {
-        program.first_problem(design, i, &x0[i]);
+    for (i, x0) in x0.iter().enumerate() {
+        program.first_problem(design, i, x0);
         program.margins(design, i);
     }
     program.coupling(design);
@@ -34,9 +34,14 @@ struct Elastic {
     dx: Vec<usize>,
     du: Vec<usize>,
     variables: usize,
-    equations: Vec<(Vec<(usize, f64)>, f64)>,
-    rows: Vec<(Vec<(usize, f64)>, f64, f64)>,
+    /// Terms and constant, the sum of which is 0.
+    equations: Vec<(Terms, f64)>,
+    /// Terms, limit and scale.
+    rows: Vec<(Terms, f64, f64)>,
 }
+
+/// Variables with their coefficients.
+type Terms = Vec<(usize, f64)>;
 
 impl Elastic {
     fn new(design: &Design, steps: usize) -> Self {

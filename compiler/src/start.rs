@@ -12,7 +12,7 @@
 //!    Uhat_i (35c), (35d), C_zi dx_k + D_zi du_k in Delta_i^z (35b); dx_N in Sigma_i (36);
 //! 3. for N <= k < T the references keep the margin of (25b): xref_k in Xhat_i - Sigma_i, uref_k in Uhat_i - K_i Sigma_i ("-":
 //!    Pontryagin difference). Before N nobody leans on it: it is what makes the candidate (47) of step t feasible at t + N;
-//! 4. for k < T, the coupling constraints: sum of H_h^[j] C_j xref_j <= l_h - sum of h_Z_j(H_h^[j]z), which is (26) without what
+//! 4. for k < T, the coupling constraints: sum of `H_h^[j]` C_j xref_j <= l_h - sum of h_Z_j(`H_h^[j]z`), which is (26) without what
 //!    yref may do next;
 //! 5. at T the network rests: (xref_T, eref_T) is the chi_ss of yref_T = C xref_T, which lies in every Y_i and keeps k_h <= l~_h (27).
 //!

@@ -186,7 +186,7 @@ fn a_message_lost_while_the_plan_runs_is_said_and_mended() {
     let mut run = Loop::new(&tables, &parts, [2.5, -1.0]);
     let whole = network(&plans, &[]);
     let mut off = Vec::new();
-    for t in 0..END {
+    for (t, expected) in whole.iter().enumerate().take(END) {
         let [step, other] = run.step([0.5, 0.5], (t == 1).then_some(0));
         let lost = if t == 2 { Delivery::Missing } else { Delivery::InSequence };
         assert_eq!(step.status.deliveries, [lost]);
@@ -194,7 +194,7 @@ fn a_message_lost_while_the_plan_runs_is_said_and_mended() {
         assert!(!other.status.degraded && step.status.control.is_admissible());
         let planned = if t + 2 <= END { References::Planned } else { References::Nearest };
         assert_eq!(step.status.references, planned);
-        off.push((step.telemetry.x_ref[0] - whole[t][0].0).abs());
+        off.push((step.telemetry.x_ref[0] - expected[0].0).abs());
     }
     // What was heard last stood for z at step 3, first used for xref at step 4.
     assert!(off[3] < 1e-13 && off[4] > 1e-3 && off[4] < 0.02, "{off:?}");
