@@ -486,12 +486,13 @@ impl Checker<'_> {
         rows
     }
 
-    /// What is charged for loads is the smaller bound, hardly more, and more than what some loads really take. What does
-    /// not matter beside the limit `h` is rounding.
+    /// What is charged for loads is the smaller bound, hardly more, and more than what some loads really take. What is charged
+    /// for rounding is safe, and counts beside the limit `h`.
     fn loads(&mut self, i: usize, bound: f64, attained: f64, charged: f64, h: f64) {
         let scale = bound.max(1e-9 * h);
         self.at_most(i, "loads charged in full", bound, charged * (1.0 + 1e-11), scale);
         self.at_most(i, "loads take no more than charged", attained, charged, scale);
+        let scale = bound.max(1e-3 * h);
         self.at_most(i, LOADS_ONCE, charged, bound + scale * CHARGE, scale);
     }
 

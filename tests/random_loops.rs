@@ -158,7 +158,9 @@ fn steps_to(design: &Design, start: &DVector<f64>, goal: &DVector<f64>) -> Optio
     let rho =
         design.gains.subsystems.iter().map(|g| g.rho_F).fold(design.gains.rho_calF.max(design.gains.rho_F), f64::max);
     let decay = 1e-10_f64.ln() / rho.ln();
-    (way + decay < 8000.0).then_some((way + decay) as usize + design.network.horizon + 300)
+    // Straight for one output; with several, limits and weights bend the way.
+    let steps = 2.0 * way + decay;
+    (steps < 8000.0).then_some(steps as usize + design.network.horizon + 300)
 }
 
 /// Theorem 1, part 2: without coupling constraints every output goes to the point of Y_i nearest to its set-point.

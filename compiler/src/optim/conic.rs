@@ -100,7 +100,7 @@ impl LogProgram {
         // It stops short of its own tolerance where logarithms go far below 1: such a point is as good as any to settle from.
         let stalled =
             solution.status == SolverStatus::InsufficientProgress && solution.r_prim.max(solution.r_dual) < CLOSE;
-        if stalled {
+        if stalled && self.holds(&solution.x) {
             return Answer::Point(self.in_units(&solution.x));
         }
         match solution.status {
@@ -109,6 +109,13 @@ impl LogProgram {
             SolverStatus::DualInfeasible | SolverStatus::AlmostDualInfeasible => Answer::Unbounded,
             other => Answer::Failed(format!("{other:?}")),
         }
+    }
+
+    /// Whether every inequality holds at x, over x_k / unit_k, up to [`CLOSE`] of its size: residuals are relative to x, which runs
+    /// away where there is no point.
+    fn holds(&self, x: &[f64]) -> bool {
+        let logs = self.logs.iter().map(|(_, form)| form);
+        self.inequalities.iter().chain(logs).all(|form| self.of_size_one(form).at(x) >= -CLOSE)
     }
 
     fn in_units(&self, x: &[f64]) -> Vec<f64> {
