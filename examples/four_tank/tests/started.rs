@@ -8,7 +8,7 @@ use dpc_runtime::{PlannedPoint, StartError, StartPlan};
 use four_tank::STARTED_DESIGN_JSON;
 use four_tank::random::Random;
 use four_tank::runs::{Plan, planned, planned_from};
-use four_tank::scenario::Scenario;
+use four_tank::scenario::{Scenario, output_ranges};
 use four_tank::sets::Promise;
 use four_tank::started_controllers::{left, right};
 use nalgebra::DVector;
@@ -88,7 +88,7 @@ fn plans_made_later_start_the_same_controllers() {
             continue;
         };
         let parts = [0, 1].map(|i| &*Box::leak(Box::new(received(&plan.subsystems[i]))));
-        let scenario = Scenario::random(&mut random, promise.output_ranges(), plan.steps + 300);
+        let scenario = Scenario::random(&mut random, output_ranges(&promise), plan.steps + 300);
         let [[h1, h2], [h3, h4]] = levels;
         let run = planned_from(&promise, parts, [h1, h2, h3, h4], &scenario).unwrap();
         assert_eq!(run.checks.violations(), 0, "{levels:?}: {:#?}", run.checks);

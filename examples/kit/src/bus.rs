@@ -97,7 +97,7 @@ mod tests {
         let mut bus = Bus::default();
         bus.send(0, 1, &MESSAGE);
         let arrived: Vec<_> = bus.receive(1).collect();
-        assert_eq!((arrived.len(), arrived[0].from, arrived[0].bytes.len()), (1, 0, 32));
+        assert_eq!((arrived.len(), arrived[0].from, arrived[0].bytes.len()), (1, 0, 33));
         assert_eq!(decode::<1, 2>(&arrived[0].bytes), Ok(MESSAGE));
     }
 
@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn other_lengths_are_refused() {
-        let lengths = [0, 24, 31, 33, 40].map(|length| decode::<1, 2>(&vec![0; length]).is_err());
+        let lengths = [0, 24, 32, 34, 41].map(|length| decode::<1, 2>(&vec![0; length]).is_err());
         assert_eq!(lengths, [true; 5]);
     }
 }
