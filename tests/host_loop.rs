@@ -977,7 +977,9 @@ fn nearest(M: &DMatrix<f64>, g: &DVector<f64>, rows: &[(DVector<f64>, f64)]) -> 
         sets.extend((0..rows.len()).flat_map(|a| (0..a).map(move |b| vec![a, b])));
     }
     let cost = |d: &DVector<f64>| 0.5 * d.dot(&(M * d)) - g.dot(d);
-    let inside = |d: &DVector<f64>| rows.iter().all(|(row, room)| row.dot(d) <= room + 1e-12 * (room + d.amax()));
+    // A row without room is met to the rounding of the others, which [`trimmed`] removes.
+    let rounding = 1e-12 * rows.iter().fold(0.0, |most: f64, (_, room)| most.max(*room));
+    let inside = |d: &DVector<f64>| rows.iter().all(|(row, room)| row.dot(d) <= room + rounding);
     let candidates = sets.iter().filter_map(|set| stationary(M, g, set, rows)).filter(inside);
     candidates.min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or_else(|| DVector::zeros(p))
 }

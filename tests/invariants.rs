@@ -7,7 +7,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use dpc_codegen::design::Design;
-use dpc_codegen::diagnostic::Diagnostics;
+use dpc_codegen::diagnostic::{Diagnostics, code};
 use dpc_tests::checker::{self, Claim};
 use dpc_tests::random_network::{Kind, RandomNetwork};
 use dpc_tests::strips::SymmetricSet;
@@ -135,6 +135,13 @@ fn on_random_networks() {
 #[test]
 fn on_disturbed_networks() {
     campaign(40, RandomNetwork::disturbed);
+}
+
+/// Four times too much acts on this network, and the interior-point method stalls far away: the message must say the former.
+#[test]
+fn what_acts_on_the_states_is_to_blame_where_it_is() {
+    let Err(diagnostics) = Design::new(RandomNetwork::disturbed(1026).source()) else { panic!("it can be designed") };
+    assert_eq!(diagnostics.0[0].code, code::DISTURBANCE_TOO_LARGE);
 }
 
 /// A design that was made without one kind of what acts on the plant, and a claim that must then be broken.
