@@ -609,7 +609,8 @@ fn strongest_loop(S: &Sparse, owners: &[usize]) -> Vec<usize> {
             return path.split_off(start);
         }
         path.push(owners[row]);
-        let strongest = S.row(row).iter().max_by(|(a, x), (b, y)| (x * v[*a]).total_cmp(&(y * v[*b])));
+        // The first of equal ones.
+        let strongest = S.row(row).iter().rev().max_by(|(a, x), (b, y)| (x * v[*a]).total_cmp(&(y * v[*b])));
         row = strongest.map_or(row, |(column, _)| *column);
     }
 }
