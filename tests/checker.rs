@@ -536,9 +536,9 @@ impl Checker<'_> {
                 self.at_most(j, "(4)", mismatch.max(direct), 1e-12 * row.amax(), row.amax());
             }
             let share = loads.of(&on_y);
-            self.loads(0, share.transient, share.attained, sets.coupling_loads[h], c.l);
+            self.loads(0, share.bound(), share.attained, sets.coupling_loads[h], c.l);
             self.at_most(0, "loads leave no error", share.at_rest, 1e-9 * share.transient, c.l);
-            self.at_most(0, "(26)", taken + share.transient + sizing.l_tilde[h], c.l, c.l);
+            self.at_most(0, "(26)", taken + share.bound() + sizing.l_tilde[h], c.l, c.l);
             self.yes(0, "(26) leaves room", sizing.l_tilde[h] > 0.0);
         }
     }

@@ -61,13 +61,21 @@ impl Watch for Clock {
     fn searched(&mut self, _: Progress) {}
 }
 
-/// On one line: milliseconds.
+/// Milliseconds, on lines of at most 100 columns.
 impl fmt::Display for Clock {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let milliseconds = |time: Duration| time.as_secs_f64() * 1e3;
         write!(f, "{:.1} ms, of which\n ", milliseconds(self.total()))?;
+        let mut column = 1;
         for (k, Stage { name, time, .. }) in self.stages.iter().enumerate() {
-            write!(f, "{} {name} {:.1}", if k == 0 { "" } else { "," }, milliseconds(*time))?;
+            let comma = if k + 1 < self.stages.len() { "," } else { "" };
+            let item = format!(" {name} {:.1}{comma}", milliseconds(*time));
+            if column + item.len() > 96 {
+                write!(f, "\n ")?;
+                column = 1;
+            }
+            column += item.len();
+            f.write_str(&item)?;
         }
         Ok(())
     }

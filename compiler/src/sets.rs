@@ -617,16 +617,21 @@ fn strongest_loop(S: &Sparse, owners: &[usize]) -> Vec<usize> {
         let next: DVector<f64> = S.times(&v) + &v;
         v = &next / next.amax();
     }
-    let mut row = v.imax();
+    let mut row = strongest(v.iter().copied().enumerate()).unwrap_or(0);
     let mut path: Vec<usize> = Vec::new();
     loop {
         if let Some(start) = path.iter().position(|&i| i == owners[row]) {
             return path.split_off(start);
         }
         path.push(owners[row]);
-        let strongest = S.row(row).iter().max_by(|(a, x), (b, y)| (x * v[*a]).total_cmp(&(y * v[*b])));
-        row = strongest.map_or(row, |(column, _)| *column);
+        row = strongest(S.row(row).iter().map(|(column, x)| (*column, x * v[*column]))).unwrap_or(row);
     }
+}
+
+/// The first of those that are as large as the largest but for rounding.
+fn strongest(values: impl Iterator<Item = (usize, f64)> + Clone) -> Option<usize> {
+    let largest = values.clone().map(|(_, value)| value).fold(0.0, f64::max);
+    values.into_iter().find(|(_, value)| *value >= largest * (1.0 - 1e-6)).map(|(index, _)| index)
 }
 
 fn block_gain(S: &Sparse, z: &[usize], i: usize, j: usize) -> f64 {

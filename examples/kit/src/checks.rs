@@ -32,7 +32,7 @@ pub struct NodeChecks {
     pub infeasible: usize,
     /// Steps at which the solver gave no solution and the shifted candidate (47), which is feasible, was used.
     pub fell_back: usize,
-    /// Steps whose status did not say that the guarantee holds.
+    /// Steps whose problem had a solution, and whose status did not say that the guarantee holds all the same.
     pub unguaranteed: usize,
     /// Steps at which a constraint of the i-DPC problem was active.
     pub active: usize,
@@ -89,7 +89,7 @@ impl Checks {
     /// Steps of any subsystem at which anything went wrong that Theorem 1 excludes.
     pub fn violations(&self) -> usize {
         let sets = |node: &NodeChecks| node.watches().iter().map(|watch| watch.violations).sum::<usize>();
-        self.sum(|node| sets(node) + node.unguaranteed)
+        self.sum(|node| sets(node) + node.infeasible + node.unguaranteed)
     }
 
     pub fn sum(&self, count: impl Fn(&NodeChecks) -> usize) -> usize {
@@ -124,7 +124,7 @@ impl NodeChecks {
             Control::Candidate => self.fell_back += 1,
             Control::Infeasible { .. } | Control::IterationLimit | Control::NotFinite => self.infeasible += 1,
         }
-        self.unguaranteed += usize::from(node.unguaranteed);
+        self.unguaranteed += usize::from(node.unguaranteed && node.control.is_admissible());
     }
 
     fn absorb(&mut self, other: &Self) {
