@@ -149,6 +149,9 @@ impl Sets {
         let (shapes, rho_on_normals) = tubes(network, gains, &zeta, &z)?;
         let terminals = terminals(network, gains)?;
         let shares = references.shares(network, gains, sums);
+        if sums == Sums::Proved {
+            references::check_doubts(network, gains, &shares)?;
+        }
         let parts = shapes.into_iter().zip(terminals).zip(scales).zip(shares).enumerate();
         let part = |(i, (((tube, terminal), scales), (x_rows, u_rows)))| {
             let (s, g): (&Subsystem, _) = (&network.subsystems[i], &gains.subsystems[i]);

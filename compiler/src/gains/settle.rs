@@ -254,7 +254,7 @@ fn no_solution(network: &Network, layer: Layer, why: &Nothing) -> Shortfall {
     };
     let note = match why {
         Nothing::Grows(rate) => format!(
-            "{all} a block-diagonal Lyapunov matrix{beside}: the matrix inequality for all {gains} together needs a growth of {} per step, must be below 1",
+            "{all} a block-diagonal Lyapunov matrix{beside}, as far as the solver can tell: the matrix inequality for all {gains} together needs a growth of {} per step, must be below 1",
             growth(*rate)
         ),
         Nothing::Slow(rate) => format!(

@@ -28,6 +28,8 @@ pub struct ReferenceShare {
     /// What the entries of the collective y that `steady` does not list take as long as none is larger than
     /// [`super::Scales::y_cap`].
     pub rest: f64,
+    /// How much of `rate` could not be summed: bounds of what is left of sums that were ended, and of rounding.
+    pub doubt: f64,
     /// Bound of the row on the transient of a start that drifts by the floor in every state of the network.
     pub drift: f64,
     /// Upper bound of the loads' share in the row; see [`loads`].
@@ -111,6 +113,47 @@ fn collective_floor(network: &Network, gains: &Gains) -> DVector<f64> {
         whole.rows_mut(start, s.n()).copy_from(&floor(s));
     }
     whole
+}
+
+/// Refuses references of which most that would be charged to a row is not what they take but what could not be summed: such a
+/// design keeps its promises and is good for nothing.
+///
+/// # Errors
+/// E0304, with the worst row.
+pub fn check_doubts(network: &Network, gains: &Gains, shares: &[Shares]) -> Result<(), Diagnostics> {
+    let rows = network.subsystems.iter().zip(shares).flat_map(|(s, (x_rows, u_rows))| {
+        let names = s.X.rows.iter().chain(&s.U.rows);
+        names.zip(x_rows.iter().chain(u_rows)).map(move |(name, share)| (s, name, share.doubt / share.rate))
+    });
+    let worst = rows.filter(|(.., doubt)| doubt.is_finite()).max_by(|(.., a), (.., b)| a.total_cmp(b));
+    match worst {
+        Some((s, row, doubt)) if doubt > MOST_DOUBT => Err(too_slow(network, gains, s, row, doubt).into()),
+        _ => Ok(()),
+    }
+}
+
+/// Half of what is charged.
+const MOST_DOUBT: f64 = 0.5;
+
+fn too_slow(network: &Network, gains: &Gains, s: &Subsystem, row: &str, doubt: f64) -> Diagnostic {
+    let decay = 1.0 - gains.rho_calF;
+    let error =
+        Diagnostic::error(code::STEADY_STATE, "the references settle too slowly for their transients to be bounded")
+            .at(
+                s.places.header.clone(),
+                format!("{:.4} % of what `{row}` would be charged could not be summed", 100.0 * doubt),
+            )
+            .note(format!(
+                "the slowest mode of calF decays by {decay:.1e} per step: it takes {:.1e} s to halve",
+                std::f64::consts::LN_2 / decay * network.sample_time
+            ));
+    let error = match gains.rank_margin.filter(|margin| *margin < 1e-3) {
+        Some(margin) => error.note(format!(
+            "outputs that the inputs hardly hold make such modes: the smallest singular value of Assumption 2 is {margin:.1e} of the largest (rows and columns scaled)"
+        )),
+        _ => error,
+    };
+    error.help("choose faster reference gains (a larger Qe in `reference-weights`: the outputs may be in a unit that is far too large), other outputs, or --effort 2")
 }
 
 fn no_steady_state(network: &Network) -> Diagnostic {

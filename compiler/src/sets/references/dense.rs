@@ -63,7 +63,9 @@ impl References {
                 }
                 let sparse = better.get_or_init(|| by_sparse_rows(network, gains));
                 let other = sparse.as_ref().and_then(|sparse| sparse.whole_share(i, row));
-                other.filter(|other| other.rate < rate).unwrap_or(share)
+                let better = other.filter(|other| other.rate < rate).unwrap_or(share);
+                let summed = rate - doubt;
+                ReferenceShare { doubt: better.rate - summed, ..better }
             };
             let mut x_rows: Vec<_> = rows.iter().zip(&mut rates).map(share).collect();
             let u_rows = x_rows.split_off(network.subsystems[i].X.h.len());
@@ -93,6 +95,7 @@ impl References {
         let rounding = 2.0 * (d.len() + 4) as f64 * f64::EPSILON * self.steady.amax() * d.abs().sum();
         ReferenceShare {
             rate,
+            doubt: 0.0,
             steady: self.steady.tr_mul(d).iter().copied().enumerate().collect(),
             steady_error: self.contraction.dual_norm(d) * worst + rounding,
             rest: 0.0,

@@ -164,6 +164,7 @@ impl References {
     fn share(&self, direction: &Direction, sign: f64, limit: f64) -> ReferenceShare {
         let (steady, rest) = self.kept(direction, FAR * limit);
         ReferenceShare {
+            doubt: 0.0,
             rate: direction.rate,
             steady: steady.into_iter().map(|(k, gain)| (k, sign * gain)).collect(),
             steady_error: direction.steady_error,
