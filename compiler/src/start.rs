@@ -102,6 +102,8 @@ pub struct StartPlan {
 pub struct SubsystemPlan {
     /// `dpc_runtime::Tables::fingerprint` of the tables it belongs to.
     pub design: u64,
+    /// What all parts of this plan share: [`crate::emit::plan_number`].
+    pub plan: u32,
     /// xref_0, ..., xref_T.
     pub x: Vec<DVector<f64>>,
     /// uref_0, ..., uref_T; the last is that of (7f).

@@ -54,12 +54,16 @@ pub struct Controller<
     noise: Option<&'a [f64; NT]>,
     /// What this period's plan says about the true state.
     knowledge: Knowledge,
+    /// Whether this period's tube rows took the forecast into account.
+    relied: bool,
     /// Whether the true state is known to lie within E_i of the candidate, if all neighbours were certified at the step before.
     forecast: bool,
     /// What the loads add to the newest reference state.
     push: [f64; NX],
     /// Whether there are loads: then every step needs theirs.
     loaded: bool,
+    /// What the last message said about start-up plans.
+    announced: u32,
     max_iterations: usize,
     degraded: bool,
 }
@@ -86,7 +90,7 @@ enum Present<const NX: usize, const NU: usize, const N: usize, const NV: usize> 
 enum Knowledge {
     /// It is not: the step was not feasible.
     None,
-    /// If the forecast is to be trusted.
+    /// If the forecast, which the step rests on, is to be trusted.
     ByForecast,
     /// The measurement alone says so.
     ByMeasurement,
@@ -201,7 +205,8 @@ impl<
         Self::can_rest(tables, &SteadyState { x: [0.0; NX], u }, &y)?;
         let trajectory = Trajectory::planned(&tables.model, plan.points);
         let candidate = Planned { plan: plan.nominal, active: WorkingSet::EMPTY };
-        let mut controller = Self { plan: Some(plan), candidate, noise, ..Self::new(tables, trajectory) };
+        let announced = plan.plan;
+        let mut controller = Self { plan: Some(plan), candidate, noise, announced, ..Self::new(tables, trajectory) };
         match controller.input(x).control {
             Control::Infeasible { row } => Err(StartError::StateDoesNotFit { row }),
             Control::IterationLimit => Err(StartError::Undecided),
@@ -231,9 +236,11 @@ impl<
             present: Present::Candidate,
             noise: None,
             knowledge: Knowledge::None,
+            relied: false,
             forecast: false,
             push: [0.0; NX],
             loaded: false,
+            announced: 0,
             max_iterations: tables.problem.max_iterations,
             degraded: false,
         }
@@ -279,8 +286,8 @@ impl<
         self.whole(input, outlook)
     }
 
-    /// [`Self::step`] of a subsystem with measured loads: `load` is what they mean at this step. One of another step counts
-    /// as outside its bounds; the references then take it to have stayed.
+    /// [`Self::step`] of a subsystem with measured loads: `load` is what they mean at this step. One of another step is
+    /// not used: the references then take the load to have stayed, and have lost the guarantee ([`Status::degraded`]).
     pub fn step_under(
         &mut self,
         x: &[f64; NX],
@@ -330,7 +337,8 @@ impl<
 
     /// The references at t + N from the neighbours' at t + N - 1; ends the period.
     pub fn references(&mut self, set_point: &[f64; NY], inbox: &mut Inbox<NI, NJ, NB>) -> Outlook<NY, NZ, NB> {
-        // Where there are loads that nobody has asked for, they are taken to have stayed.
+        // Where there are loads that nobody has asked for, they are taken to have stayed, and the references have lost their rate.
+        self.degraded |= self.loaded;
         self.advance(set_point, self.push, !self.loaded, inbox)
     }
 
@@ -342,6 +350,7 @@ impl<
         inbox: &mut Inbox<NI, NJ, NB>,
     ) -> Outlook<NY, NZ, NB> {
         let due = load.step == self.step;
+        self.degraded |= !due;
         self.advance(set_point, if due { load.push } else { self.push }, due && load.within, inbox)
     }
 
@@ -354,9 +363,12 @@ impl<
     ) -> Outlook<NY, NZ, NB> {
         let imports = inbox.collect(self.step.wrapping_sub(1));
         let heard = imports.deliveries.iter().all(|delivery| *delivery == Delivery::InSequence);
-        let references = match self.passage() {
+        let together = imports.plans.iter().fold(true, |together, plan| together & (*plan == self.announced));
+        let passage = self.passage();
+        self.announced = passage.and(self.plan).map_or(0, |plan| plan.plan);
+        let references = match passage {
             Some(passage) => {
-                let fits = !heard || self.follows(&passage, &imports.z);
+                let fits = !heard || (together && self.follows(&passage, &imports.z));
                 self.trajectory.replay(&self.tables.model, &passage, &imports.z, &push);
                 if fits { References::Planned } else { References::OffPlan }
             }
@@ -364,7 +376,7 @@ impl<
                 let (y, references) = self.next_output(set_point, &imports.y, heard);
                 let references = if heard && self.departs(&imports.z) { References::NotSteady } else { references };
                 self.trajectory.advance(&self.tables.model, y, &imports.z, &push);
-                references
+                if heard && !together { References::OffPlan } else { references }
             }
         };
         self.degraded |= !heard || !references.are_admissible();
@@ -407,7 +419,7 @@ impl<
         let mut instance = problem.at(e, &self.trajectory.x, &self.trajectory.u);
         if let Some(noise) = self.noise {
             let forecast = self.forecast.then_some(&self.candidate.plan.dx);
-            problem.doubt(&mut instance, noise, e, forecast);
+            self.relied = problem.doubt(&mut instance, noise, e, forecast);
         }
         if instance.rests() {
             self.present = Present::Rest;
@@ -509,12 +521,14 @@ impl<
     /// Whether, at the first step, the neighbours' starts lead on to the plan's next state: otherwise (7a) does not hold over the
     /// first window.
     fn follows(&self, passage: &Passage<'_, NX, NU, NY>, z: &[f64; NI]) -> bool {
-        self.step != 0 || self.trajectory.arrives(&self.tables.model, &passage.at.x, z, &self.push)
+        // The plan itself may end half of that off its rest.
+        self.step != 0 || self.trajectory.arrives(&self.tables.model, &passage.at.x, z, &self.push, 0.5)
     }
 
     fn message(&self, step: i64, certified: bool) -> Message<NY, NZ> {
         let newest = self.trajectory.newest();
-        Message { step, y_ref: newest.y, z_ref: newest.coupling_output(&self.tables.model), certified }
+        let z_ref = newest.coupling_output(&self.tables.model);
+        Message { step, y_ref: newest.y, z_ref, certified, plan: self.announced }
     }
 }
 

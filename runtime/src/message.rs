@@ -19,6 +19,9 @@ pub struct Message<const NY: usize, const NZ: usize> {
     /// Whether the true state of the sender is known to lie within E_i of its plan at step t, so that its z_t is within Z_i of
     /// zref_t. A receiver that measures with errors rests its forecast of the next state on it.
     pub certified: bool,
+    /// [`StartPlan::plan`](crate::StartPlan::plan) where zref_{t+N} is one of a start-up plan, else 0. Neighbours must be on the same
+    /// one.
+    pub plan: u32,
 }
 
 /// What has become of a neighbour's message of the expected step.
@@ -66,6 +69,7 @@ pub(crate) struct Sheet<const NI: usize, const NJ: usize, const NB: usize> {
     pub z: [f64; NI],
     pub y: [f64; NJ],
     pub certified: [bool; NB],
+    pub plans: [u32; NB],
     pub deliveries: [Delivery; NB],
 }
 
@@ -144,8 +148,13 @@ impl<const NY: usize, const NZ: usize> Message<NY, NZ> {
 }
 
 impl<const NI: usize, const NJ: usize, const NB: usize> Sheet<NI, NJ, NB> {
-    const EMPTY: Self =
-        Self { z: [0.0; NI], y: [0.0; NJ], certified: [false; NB], deliveries: [Delivery::Missing; NB] };
+    const EMPTY: Self = Self {
+        z: [0.0; NI],
+        y: [0.0; NJ],
+        certified: [false; NB],
+        plans: [0; NB],
+        deliveries: [Delivery::Missing; NB],
+    };
 
     fn arrived(&self, slot: usize) -> bool {
         self.deliveries.get(slot) == Some(&Delivery::InSequence)
@@ -179,12 +188,14 @@ impl<const NI: usize, const NJ: usize, const NB: usize> Sheet<NI, NJ, NB> {
         let y = places::<NYJ>(&mut self.y, link.y)?;
         let delivery = self.deliveries.get_mut(link.slot).ok_or(Refused::NoSuchSlot)?;
         let certified = self.certified.get_mut(link.slot).ok_or(Refused::NoSuchSlot)?;
+        let plan = self.plans.get_mut(link.slot).ok_or(Refused::NoSuchSlot)?;
         z.iter_mut()
             .zip(&message.z_ref)
             .chain(y.iter_mut().zip(&message.y_ref))
             .for_each(|(place, value)| *place = *value);
         *delivery = Delivery::InSequence;
         *certified = message.certified;
+        *plan = message.plan;
         Ok(())
     }
 }

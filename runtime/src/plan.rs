@@ -24,6 +24,8 @@ use crate::tables::{Model, Tables};
 pub struct StartPlan<'a, const NX: usize, const NU: usize, const NY: usize, const N: usize> {
     /// [`Tables::fingerprint`] of the tables that the plan was made for.
     pub design: u64,
+    /// The number that all parts of one plan for the network share, and those of other plans do not; never 0.
+    pub plan: u32,
     /// Steps 0, ..., T.
     pub points: &'a [PlannedPoint<NX, NU>],
     /// eref_T.
@@ -54,6 +56,9 @@ impl<'a, const NX: usize, const NU: usize, const NY: usize, const N: usize> Star
     pub(crate) fn check(&self) -> Result<(), StartError> {
         if self.points.len() <= N {
             return Err(StartError::PlanTooShort);
+        }
+        if self.plan == 0 {
+            return Err(StartError::NoPlan);
         }
         let nominal = finite(&self.nominal.dx) && self.nominal.du.iter().all(|du| finite(du));
         let points = self.points.iter().all(|point| finite(&point.x) && finite(&point.u));
@@ -97,7 +102,8 @@ impl<
 {
     /// A number that tables of another model, other gains or other sets do not have: what a [`StartPlan`] is recognised by.
     ///
-    /// FNV-1a over the bits of A, B, C, Cz, Dz, EL, K, Kx, Ke, row by row, u_min, u_max, drift, and the limits of the problem.
+    /// FNV-1a, with its upper half folded in after every number, over the bits of A, B, C, Cz, Dz, EL, K, Kx, Ke, row by row, u_min,
+    /// u_max, drift, the limits of the problem and the offsets of its tube rows.
     pub fn fingerprint(&self) -> u64 {
         let model = &self.model;
         let mut hash = 0xcbf2_9ce4_8422_2325;
@@ -105,11 +111,13 @@ impl<
         let coupling = [model.Cz.as_flattened(), model.Dz.as_flattened(), model.EL.as_flattened()];
         let gains = [model.K.as_flattened(), model.Kx.as_flattened(), model.Ke.as_flattened()];
         let limits = [&model.u_min[..], &model.u_max, &model.drift];
-        let problem = [&self.problem.lower[..], &self.problem.upper];
+        let problem = [&self.problem.lower[..], &self.problem.upper, self.problem.tube.as_flattened()];
         let parts = rows.iter().chain(&coupling).chain(&gains).chain(&limits).chain(&problem);
         for number in parts.copied().flatten() {
             // -0.0 and 0.0 are one number.
             hash = (hash ^ (number + 0.0).to_bits()).wrapping_mul(0x0100_0000_01b3);
+            // Without this an even number of signs could change unseen: the top bit goes nowhere in a product.
+            hash ^= hash >> 32;
         }
         hash
     }

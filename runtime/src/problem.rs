@@ -59,14 +59,14 @@ impl<
     ///
     /// which says that the true deviation lies in E_i, by the measurement or by the forecast dx of this step, whose own
     /// deviation is known to lie there. `None` where it is not known; a forecast that the measurement refutes, |i| > q +
-    /// noise, is not used either.
+    /// noise, is not used either. Returns whether it was used.
     pub fn doubt(
         &self,
         instance: &mut Instance<'_, NV, NR>,
         noise: &[f64; NT],
         e: &[f64; NX],
         forecast: Option<&[f64; NX]>,
-    ) {
+    ) -> bool {
         let innovation = forecast.map(|dx| {
             let apart = subtract(e, dx);
             self.tube.each_ref().map(|row| dot(row, &apart))
@@ -75,13 +75,16 @@ impl<
             let rows = innovation.iter().zip(noise).zip(&self.upper);
             rows.fold(true, |credible, ((i, noise), q)| credible & (i.abs() <= (q + noise) * CREDIBLE))
         };
-        let innovation = innovation.filter(credible).unwrap_or([0.0; NT]);
+        let innovation = innovation.filter(credible);
+        let relied = innovation.is_some();
+        let innovation = innovation.unwrap_or([0.0; NT]);
         let limits = instance.lower.iter_mut().zip(instance.upper.iter_mut());
         for ((lower, upper), (noise, i)) in limits.zip(noise.iter().zip(&innovation)) {
             let room = (*upper - noise).max(0.0);
             *lower = i.min(-room);
             *upper = i.max(room);
         }
+        relied
     }
 
     /// Whether a measured deviation x - xhat keeps the true one in E_i, however the measurement errs.

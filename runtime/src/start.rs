@@ -38,6 +38,8 @@ pub enum StartError {
     OtherDesign,
     /// The start-up plan has fewer than N + 1 points.
     PlanTooShort,
+    /// The start-up plan has the number 0, which stands for no plan.
+    NoPlan,
     /// The measured state does not fit the start-up plan: the first i-DPC problem has no solution.
     StateDoesNotFit {
         /// The row that could not be satisfied, an index into the emitted row names.
@@ -125,6 +127,7 @@ impl fmt::Display for StartError {
             Self::LoadOutside { load } => write!(f, "load {load} lies outside its bounds"),
             Self::InputOutOfReach => f.write_str("the gain Ke reaches no reference with the steady state's input"),
             Self::OtherDesign => f.write_str("the start-up plan belongs to another subsystem or another design"),
+            Self::NoPlan => f.write_str("the start-up plan has no number"),
             Self::PlanTooShort => f.write_str("the start-up plan is shorter than the horizon"),
             Self::StateDoesNotFit { row } => {
                 write!(f, "the measured state does not fit the start-up plan (row {row} of the first problem)")

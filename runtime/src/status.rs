@@ -51,10 +51,10 @@ pub enum References {
     Nearest,
     /// xref_{t+N} and uref_{t+N} are those of the start-up plan; the set-point counts from its end on. The guarantee holds.
     Planned,
-    /// Only at the first step of a planned start: under what the neighbours sent, a state leaves the start-up plan within one
-    /// step by more than [`Model::drift`](crate::tables::Model::drift), so they were not started with their part of the same
-    /// plan, and the references do not follow (7a) over the first window. The references go on to follow the plan. The guarantee
-    /// is lost.
+    /// A neighbour is on another start-up plan, or only one of the two is on one ([`Message::plan`](crate::Message::plan)); or, at
+    /// the first step, under what the neighbours sent a state leaves the plan within one step by more than half of
+    /// [`Model::drift`](crate::tables::Model::drift). So the references do not follow (7a) over the first window, or coupling
+    /// constraints are planned for other neighbours. The references go on to follow the plan. The guarantee is lost.
     OffPlan,
     /// The set-point is not finite: yref stays. That is always admissible; the guarantee holds.
     SetPointNotFinite,
@@ -95,7 +95,7 @@ pub struct Status<const NB: usize> {
     /// may leave its tube.
     pub load_within: bool,
     /// Whether at this or an earlier step the references lost the guarantee, by messages that did not arrive, by a start
-    /// that did not fit or by a coupling constraint. It does not come back by itself: start anew from a steady state.
+    /// that did not fit, by a coupling constraint or by loads that were not given. It does not come back by itself: start anew from a steady state.
     pub degraded: bool,
 }
 
@@ -119,7 +119,7 @@ impl<const NB: usize> Status<NB> {
     ///
     /// Theorem 1 is about the network, and its guarantee holds where every subsystem says so. One alone does not see what
     /// is wrong elsewhere until it is disturbed by it: a bad start of a subsystem that is no neighbour, messages that
-    /// others missed, and, since messages hold references only, a neighbour whose problem is infeasible.
+    /// others missed, and, before it is told one period later, a neighbour whose problem is infeasible.
     pub fn is_guaranteed(&self) -> bool {
         self.control.is_admissible() && self.certified && self.load_within && !self.degraded
     }

@@ -95,16 +95,17 @@ impl<const NX: usize, const NU: usize, const NY: usize, const N: usize> Trajecto
         shift_in(&mut self.y, times(&model.C, &plan.at.x));
     }
 
-    /// Whether every newest state comes within [`Model::drift`] of `next` when `z` is imported and loads add `push`.
+    /// Whether every newest state comes within this share of [`Model::drift`] of `next` when `z` is imported and loads add `push`.
     pub fn arrives<const NZ: usize, const NI: usize>(
         &self,
         model: &Model<NX, NU, NY, NZ, NI>,
         next: &[f64; NX],
         z: &[f64; NI],
         push: &[f64; NX],
+        share: f64,
     ) -> bool {
         let missed = subtract(&add(&successor(model, &self.newest(), z), push), next);
-        missed.iter().zip(&model.drift).all(|(missed, drift)| missed.abs() <= *drift)
+        missed.iter().zip(&model.drift).all(|(missed, drift)| missed.abs() <= share * drift)
     }
 
     /// Whether every newest state stays within [`Model::drift`] of where it is when `z` is imported and loads add `push`.
@@ -114,7 +115,7 @@ impl<const NX: usize, const NU: usize, const NY: usize, const N: usize> Trajecto
         z: &[f64; NI],
         push: &[f64; NX],
     ) -> bool {
-        self.arrives(model, &self.newest().x, z, push)
+        self.arrives(model, &self.newest().x, z, push, 1.0)
     }
 }
 

@@ -148,10 +148,13 @@ impl Front {
                 break;
             }
             if step >= first {
+                // One number per step, so that as many roundings count as there are steps and blocks, not their product.
+                let mut of_step = [0.0; LANES];
                 for &i in &space.active {
                     let support = charge.of_block(i, &space.now[self.starts[i]..self.starts[i + 1]]);
-                    (0..LANES).for_each(|l| sum[l] += support[l]);
+                    (0..LANES).for_each(|l| of_step[l] += support[l]);
                 }
+                (0..LANES).for_each(|l| sum[l] += of_step[l]);
                 (0..LANES).for_each(|l| least[l] = least[l].max(sum[l]));
             }
             (0..LANES).for_each(|l| drift[l] += rounding[l]);

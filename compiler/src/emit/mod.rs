@@ -33,7 +33,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 pub use disk::write_all;
-pub use fingerprint::fingerprint;
+pub use fingerprint::{fingerprint, plan_number};
 
 use crate::design::Design;
 use crate::network::Network;

@@ -42,6 +42,7 @@ fn start_plan(part: &SubsystemPlan) -> String {
     let nominal = vec![Field::new("dx", "", Value::row(&part.dx)), Field::new("du", "", Value::List(du))];
     let fields = vec![
         Field::new("design", "Fingerprint of the tables it was made for", Value::Word(part.design)),
+        Field::new("plan", "Number of the network's plan", Value::Count(part.plan as usize)),
         Field::new("points", "xref and uref, step by step", Value::Path("&START_POINTS")),
         Field::new("e", "eref at the last step", Value::row(&part.e)),
         Field::new(

@@ -53,7 +53,10 @@ fn rest_under_loads(design: &Design, start: &Start) -> DVector<f64> {
     let d0 = start.d0.iter().flat_map(|d| d.iter().copied()).collect::<Vec<_>>();
     let whole = || loads::steady(&design.network, &design.gains).map(|steady| steady * DVector::from_vec(d0.clone()));
     let size = design.network.subsystems.iter().map(|s| s.n() + s.p()).sum();
-    if d0.iter().all(|d| *d == 0.0) { DVector::zeros(size) } else { whole().unwrap_or_else(|| DVector::zeros(size)) }
+    if d0.iter().all(|d| *d == 0.0) {
+        return DVector::zeros(size);
+    }
+    whole().unwrap_or_else(|| unreachable!("the sets rest on these steady states: without them there is no design"))
 }
 
 impl Own {

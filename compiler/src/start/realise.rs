@@ -8,7 +8,7 @@ use super::program::Part;
 use super::verify::verify;
 use super::{StartPlan, SubsystemPlan};
 use crate::design::Design;
-use crate::emit::fingerprint;
+use crate::emit::{fingerprint, plan_number};
 use crate::network::{Network, Start};
 use crate::optim::rounding::to_digits;
 
@@ -114,13 +114,16 @@ impl Run {
         let of = |steps: &[Vec<DVector<f64>>], i: usize| steps.iter().map(|step| step[i].clone()).collect();
         let part = |(i, part): (usize, Part)| SubsystemPlan {
             design: fingerprint(design, i),
+            plan: 0,
             x: of(&self.x, i),
             u: of(&self.u, i),
             e: self.e[i].clone(),
             dx: part.dx,
             du: part.du,
         };
-        let subsystems = draft.into_iter().enumerate().map(part).collect();
+        let mut subsystems: Vec<_> = draft.into_iter().enumerate().map(part).collect();
+        let plan = plan_number(&subsystems);
+        subsystems.iter_mut().for_each(|part| part.plan = plan);
         StartPlan { start: start.clone(), steps: self.x.len() - 1, subsystems, margin: 0.0 }
     }
 }

@@ -108,7 +108,7 @@ fn explained(error: Diagnostic, network: &Network, start: &Start, nearest: &Near
     let distance = to_digits(100.0 * nearest.distance(start), 3);
     let bound = to_digits(100.0 * nearest.bound, 3);
     let mut error = error.note(format!(
-        "the nearest start with a plan moves no state by more than {distance} % of its range; the dual solution shows that less than {bound} % does not do, for windows of up to {LONGEST} steps"
+        "the nearest start with a plan moves no state by more than {distance} % of its range; by the dual solution, as accurate as the solver, {bound} % is the least, for windows of up to {LONGEST} steps"
     ));
     if !nearest.rows.is_empty() {
         error = error.note(format!("what stops nearer starts: {}", nearest.rows.join(", ")));

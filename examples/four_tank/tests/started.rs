@@ -27,7 +27,7 @@ fn received(part: &SubsystemPlan) -> Plan {
     let point = |(x, u): (&DVector<f64>, &DVector<f64>)| PlannedPoint { x: [x[0], x[1]], u: [u[0]] };
     let points: Vec<_> = part.x.iter().zip(&part.u).map(point).collect();
     let nominal = dpc_runtime::problem::Plan { dx: [part.dx[0], part.dx[1]], du: [0, 1, 2].map(|k| [part.du[k][0]]) };
-    StartPlan { design: part.design, points: points.leak(), e: [part.e[0]], nominal }
+    StartPlan { design: part.design, plan: part.plan, points: points.leak(), e: [part.e[0]], nominal }
 }
 
 #[test]

@@ -48,19 +48,32 @@ impl Bus {
 
 pub fn encode<const NY: usize, const NZ: usize>(message: &Message<NY, NZ>) -> Vec<u8> {
     let numbers = message.y_ref.iter().chain(&message.z_ref).flat_map(|number| number.to_le_bytes());
-    message.step.to_le_bytes().into_iter().chain(numbers).chain([u8::from(message.certified)]).collect()
+    message
+        .step
+        .to_le_bytes()
+        .into_iter()
+        .chain(numbers)
+        .chain([u8::from(message.certified)])
+        .chain(message.plan.to_le_bytes())
+        .collect()
 }
 
 /// # Errors
 /// The bytes are not as long as such a message.
 pub fn decode<const NY: usize, const NZ: usize>(bytes: &[u8]) -> Result<Message<NY, NZ>, WrongLength> {
     let (words, rest) = bytes.as_chunks::<8>();
-    let wrong = WrongLength { expected: 8 * (1 + NY + NZ) + 1, got: bytes.len() };
+    let wrong = WrongLength { expected: 8 * (1 + NY + NZ) + 5, got: bytes.len() };
     match (words, rest) {
-        ([step, numbers @ ..], [certified]) if numbers.len() == NY + NZ => {
+        ([step, numbers @ ..], [certified, plan @ ..]) if plan.len() == 4 && numbers.len() == NY + NZ => {
             let number = |k: usize| f64::from_le_bytes(numbers[k]);
             let (y_ref, z_ref) = (std::array::from_fn(number), std::array::from_fn(|k| number(NY + k)));
-            Ok(Message { step: i64::from_le_bytes(*step), y_ref, z_ref, certified: *certified == 1 })
+            Ok(Message {
+                step: i64::from_le_bytes(*step),
+                y_ref,
+                z_ref,
+                certified: *certified == 1,
+                plan: plan.iter().rev().fold(0, |plan, byte| plan << 8 | u32::from(*byte)),
+            })
         }
         _ => Err(wrong),
     }
@@ -90,14 +103,15 @@ mod tests {
     use super::{Bus, decode};
     use dpc_runtime::Message;
 
-    const MESSAGE: Message<1, 2> = Message { step: -1, y_ref: [0.1], z_ref: [-2.5e-300, 7.0], certified: true };
+    const MESSAGE: Message<1, 2> =
+        Message { step: -1, y_ref: [0.1], z_ref: [-2.5e-300, 7.0], certified: true, plan: 0x1234_5678 };
 
     #[test]
     fn messages_survive_the_wire_bit_by_bit() {
         let mut bus = Bus::default();
         bus.send(0, 1, &MESSAGE);
         let arrived: Vec<_> = bus.receive(1).collect();
-        assert_eq!((arrived.len(), arrived[0].from, arrived[0].bytes.len()), (1, 0, 33));
+        assert_eq!((arrived.len(), arrived[0].from, arrived[0].bytes.len()), (1, 0, 37));
         assert_eq!(decode::<1, 2>(&arrived[0].bytes), Ok(MESSAGE));
     }
 
@@ -111,7 +125,7 @@ mod tests {
 
     #[test]
     fn other_lengths_are_refused() {
-        let lengths = [0, 24, 32, 34, 41].map(|length| decode::<1, 2>(&vec![0; length]).is_err());
-        assert_eq!(lengths, [true; 5]);
+        let lengths = [0, 24, 32, 36, 38, 45].map(|length| decode::<1, 2>(&vec![0; length]).is_err());
+        assert_eq!(lengths, [true; 6]);
     }
 }

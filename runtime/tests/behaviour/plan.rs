@@ -36,7 +36,7 @@ impl Plans {
 
     fn part(&self, tables: &PairTables<0, 0>, i: usize) -> PairPlan<'_> {
         let (design, nominal) = (tables.fingerprint(), Plan::REST);
-        StartPlan { design, points: &self.points[i], e: [self.e[i]], nominal }
+        StartPlan { design, plan: 7, points: &self.points[i], e: [self.e[i]], nominal }
     }
 }
 
@@ -163,12 +163,15 @@ fn a_neighbour_that_is_off_the_plan_is_seen() {
     let plans = Plans::from([2.5, -1.0]);
     let plan = plans.part(&tables, 0);
     let heard = plans.points[1][1].x[0];
-    for (z, references) in
-        [(heard, References::Planned), (heard + 1e-6, References::OffPlan), (0.0, References::OffPlan)]
-    {
+    for (z, number, references) in [
+        (heard, 7, References::Planned),
+        (heard + 1e-6, 7, References::OffPlan),
+        (heard, 8, References::OffPlan),
+        (heard, 0, References::OffPlan),
+    ] {
         let (mut controller, _) = PairController::start_planned(&tables, &plan, None, &[2.5]).unwrap();
         let mut inbox = PairInbox::new();
-        let message: PairMessage = Message { step: -1, y_ref: [z], z_ref: [z], certified: false };
+        let message: PairMessage = Message { step: -1, y_ref: [z], z_ref: [z], certified: false, plan: number };
         inbox.accept(&OTHER, &message).unwrap();
         let step = controller.step(&[2.5], &[0.0], &mut inbox);
         assert_eq!(step.status.references, references);

@@ -5,8 +5,8 @@ use crate::pair::{
 };
 use crate::random::Random;
 use dpc_runtime::{
-    Control, Controller, Delivery, Link, Message, ReferenceLayer, References, Refused, StartError, SteadyState, Step,
-    Tables,
+    Control, Controller, Delivery, Link, Load, Message, ReferenceLayer, References, Refused, StartError, SteadyState,
+    Step, Tables,
 };
 
 const ORIGIN: SteadyState<1, 1> = SteadyState { x: [0.0], u: [0.0] };
@@ -27,7 +27,8 @@ impl<'a> Solo<'a> {
 
     /// A step in which the neighbour rests at the origin.
     fn step(&mut self, x: f64, set_point: f64) -> PairStep {
-        let message = Message { step: self.controller.steps() - 1, y_ref: [0.0], z_ref: [0.0], certified: true };
+        let message =
+            Message { step: self.controller.steps() - 1, y_ref: [0.0], z_ref: [0.0], certified: true, plan: 0 };
         self.inbox.accept(&OTHER, &message).unwrap();
         self.controller.step(&[x], &[set_point], &mut self.inbox)
     }
@@ -64,6 +65,37 @@ fn optimises_away_from_the_reference() {
     assert!((step.input[0] - (step.telemetry.u_nom[0] - 0.1)).abs() < 1e-12);
     assert!(step.status.is_guaranteed());
 }
+
+/// The references have to move with the rates that the design charged: a load that was not given in its step, or is another
+/// step's, cannot be made up for.
+#[test]
+fn a_load_that_is_not_given_loses_the_guarantee() {
+    let tables = pair::tables();
+    let load = |step| Load { step, push: [0.0], within: true };
+    let started = || {
+        let Solo { controller, inbox } = Solo::new(&tables);
+        Solo { controller: controller.under(&load(-1)), inbox }
+    };
+    let mut given = started();
+    for step in 0..3 {
+        given.inbox.accept(&OTHER, &Message { step: step - 1, ..REST }).unwrap();
+        let step = given.controller.step_under(&[0.0], &[0.0], &load(step), &mut given.inbox);
+        assert!(step.status.is_guaranteed(), "{}", step.status);
+    }
+    let mut forgotten = started();
+    assert!(!forgotten.step(0.0, 0.0).status.load_within);
+    let mut stale = started();
+    stale.inbox.accept(&OTHER, &REST).unwrap();
+    assert!(!stale.controller.step_under(&[0.0], &[0.0], &load(1), &mut stale.inbox).status.is_guaranteed());
+    for mut late in [forgotten, stale] {
+        late.inbox.accept(&OTHER, &Message { step: 0, ..REST }).unwrap();
+        let step = late.controller.step_under(&[0.0], &[0.0], &load(1), &mut late.inbox);
+        assert!(step.status.load_within && step.status.degraded && !step.status.is_guaranteed(), "{}", step.status);
+    }
+}
+
+/// The neighbour's message of the start, at the origin.
+const REST: PairMessage = Message { step: -1, y_ref: [0.0], z_ref: [0.0], certified: true, plan: 0 };
 
 /// Two controllers, exchanging messages, against the plant, which starts away from the references.
 struct Loop<'a> {
@@ -279,13 +311,13 @@ fn marks_lost_messages_and_holds_the_last_values() {
     let mut heard = Solo::new(&tables);
     let mut lost = Solo::new(&tables);
     for solo in [&mut heard, &mut lost] {
-        let message = Message { step: -1, y_ref: [0.0], z_ref: [0.0], certified: true };
+        let message = Message { step: -1, y_ref: [0.0], z_ref: [0.0], certified: true, plan: 0 };
         solo.inbox.accept(&OTHER, &message).unwrap();
         solo.controller.step(&[0.0], &[0.0], &mut solo.inbox);
-        solo.inbox.accept(&OTHER, &Message { step: 0, y_ref: [0.0], z_ref: [0.5], certified: true }).unwrap();
+        solo.inbox.accept(&OTHER, &Message { step: 0, y_ref: [0.0], z_ref: [0.5], certified: true, plan: 0 }).unwrap();
         solo.controller.step(&[0.0], &[0.0], &mut solo.inbox);
     }
-    heard.inbox.accept(&OTHER, &Message { step: 1, y_ref: [0.0], z_ref: [0.5], certified: true }).unwrap();
+    heard.inbox.accept(&OTHER, &Message { step: 1, y_ref: [0.0], z_ref: [0.5], certified: true, plan: 0 }).unwrap();
     let good = heard.controller.step(&[0.0], &[0.0], &mut heard.inbox);
     let bad = lost.controller.step(&[0.0], &[0.0], &mut lost.inbox);
     assert_eq!(bad.status.deliveries, [Delivery::Missing]);
@@ -294,7 +326,7 @@ fn marks_lost_messages_and_holds_the_last_values() {
     assert!(good.status.is_guaranteed() && bad.status.degraded && !bad.status.is_guaranteed());
     assert!(bad.status.to_string().ends_with("; message of neighbour 0 missing; degraded"), "{}", bad.status);
 
-    lost.inbox.accept(&OTHER, &Message { step: 2, y_ref: [0.0], z_ref: [0.5], certified: true }).unwrap();
+    lost.inbox.accept(&OTHER, &Message { step: 2, y_ref: [0.0], z_ref: [0.5], certified: true, plan: 0 }).unwrap();
     let after = lost.controller.step(&[0.0], &[0.0], &mut lost.inbox);
     assert_eq!(after.status.deliveries, [Delivery::InSequence]);
     assert!(after.status.degraded && lost.controller.is_degraded());
@@ -304,7 +336,7 @@ fn marks_lost_messages_and_holds_the_last_values() {
 fn refuses_messages_out_of_sequence_or_not_finite() {
     let tables = pair::tables();
     let mut solo = Solo::new(&tables);
-    let message = |step, z| Message { step, y_ref: [0.0], z_ref: [z], certified: true };
+    let message = |step, z| Message { step, y_ref: [0.0], z_ref: [z], certified: true, plan: 0 };
     let late = solo.inbox.accept(&OTHER, &message(-2, 0.0));
     assert_eq!(late, Err(Refused::OutOfSequence { expected: -1, got: -2 }));
     let step = solo.controller.step(&[0.0], &[0.0], &mut solo.inbox);
@@ -324,7 +356,7 @@ fn refuses_messages_out_of_sequence_or_not_finite() {
 #[test]
 fn takes_messages_one_step_early() {
     let tables = pair::tables();
-    let message = |step, z| Message { step, y_ref: [0.0], z_ref: [z], certified: true };
+    let message = |step, z| Message { step, y_ref: [0.0], z_ref: [z], certified: true, plan: 0 };
     let sent = [message(-1, 0.0), message(0, 0.1), message(1, 0.2)];
     let orders =
         [vec![vec![0], vec![1], vec![2]], vec![vec![0, 1], vec![2], vec![]], vec![vec![1, 0], vec![2], vec![]]];
@@ -354,7 +386,7 @@ fn input_depends_on_nothing_received_in_the_period() {
     let whole = first.step(0.4, 1.0);
     let half = second.controller.input(&[0.4]);
     assert_eq!(second.controller.input(&[0.4]).input, half.input);
-    second.inbox.accept(&OTHER, &Message { step: -1, y_ref: [0.0], z_ref: [0.0], certified: true }).unwrap();
+    second.inbox.accept(&OTHER, &Message { step: -1, y_ref: [0.0], z_ref: [0.0], certified: true, plan: 0 }).unwrap();
     let outlook = second.controller.references(&[1.0], &mut second.inbox);
     assert_eq!((whole.input, whole.telemetry), (half.input, half.telemetry));
     assert_eq!((whole.message, whole.status.references), (outlook.message, outlook.references));
@@ -365,7 +397,7 @@ fn starts_from_a_steady_state_only() {
     let tables = pair::tables();
     let start =
         |x: f64, u: f64| PairController::start(&tables, &SteadyState { x: [x], u: [u] }).map(|(_, message)| message);
-    assert_eq!(start(1.0, 0.7), Ok(Message { step: -1, y_ref: [1.0], z_ref: [1.0], certified: false }));
+    assert_eq!(start(1.0, 0.7), Ok(Message { step: -1, y_ref: [1.0], z_ref: [1.0], certified: false, plan: 0 }));
     assert_eq!(start(f64::NAN, 0.0), Err(StartError::NotFinite));
     assert_eq!(start(0.0, f64::INFINITY), Err(StartError::NotFinite));
     assert_eq!(start(2.1, 2.1), Err(StartError::OutputOutside));
@@ -389,7 +421,7 @@ fn says_at_the_first_step_when_the_starts_do_not_fit_together() {
     for (z, references) in cases {
         let (mut controller, _) = PairController::start(&tables, &steady(1.5, 1.0)).unwrap();
         let mut inbox = PairInbox::new();
-        inbox.accept(&OTHER, &Message { step: -1, y_ref: [z], z_ref: [z], certified: true }).unwrap();
+        inbox.accept(&OTHER, &Message { step: -1, y_ref: [z], z_ref: [z], certified: true, plan: 0 }).unwrap();
         let step = controller.step(&[1.5], &[1.5], &mut inbox);
         assert_eq!(step.status.references, references);
         assert_eq!(step.status.degraded, references == References::NotSteady);
@@ -420,7 +452,7 @@ fn shares_coupling_constraints() {
 
     at_b = PairInbox::new();
     b = start().0;
-    at_b.accept(&PARTNER, &Message { step: -1, y_ref: [1.5], z_ref: [0.0], certified: true }).unwrap();
+    at_b.accept(&PARTNER, &Message { step: -1, y_ref: [1.5], z_ref: [0.0], certified: true, plan: 0 }).unwrap();
     let exceeded = b.step(&[0.0], &[2.0], &mut at_b);
     assert_eq!(exceeded.status.references, References::CouplingExceeded { row: 0 });
     assert!(exceeded.status.degraded);
@@ -432,7 +464,7 @@ fn shares_coupling_constraints() {
 #[test]
 fn says_that_a_coupling_constraint_is_exceeded_without_a_set_point() {
     let tables = pair::coupled_tables();
-    let heard = Message { step: -1, y_ref: [0.5], z_ref: [0.5], certified: true };
+    let heard = Message { step: -1, y_ref: [0.5], z_ref: [0.5], certified: true, plan: 0 };
     for (y, references) in [(0.75, References::CouplingExceeded { row: 0 }), (0.5, References::SetPointNotFinite)] {
         for set_point in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let (mut controller, _) = PairController::start(&tables, &steady(y, 0.5)).unwrap();
@@ -478,7 +510,7 @@ fn keeps_the_reference_when_the_layer_has_no_answer() {
         Tables { model, coupling, reference: Speechless, problem };
     let (mut controller, sent) = Controller::start(&tables, &steady(1.0, 0.0)).unwrap();
     let mut inbox = PairInbox::new();
-    inbox.accept(&OTHER, &Message { step: -1, y_ref: [0.0], z_ref: [0.0], certified: true }).unwrap();
+    inbox.accept(&OTHER, &Message { step: -1, y_ref: [0.0], z_ref: [0.0], certified: true, plan: 0 }).unwrap();
     let step = controller.step(&[1.0], &[0.0], &mut inbox);
     assert_eq!((step.status.references, step.message.y_ref), (References::Kept, sent.y_ref));
     assert!(step.status.is_guaranteed());
