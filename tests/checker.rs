@@ -522,12 +522,14 @@ impl Checker<'_> {
     fn coupling(&mut self, rates: &Rates, loads: &LoadShares) {
         let Design { network, sizing, sets, .. } = self.design;
         for (h, c) in network.coupling_constraints.iter().enumerate() {
-            let mut taken = 0.0;
+            let (mut taken, mut by_loads) = (0.0, 0.0);
             let mut on_y = DVector::zeros(self.model.calF.nrows());
             for (&j, row) in &c.H {
                 let s = &network.subsystems[j];
                 let d = self.model.on_x(j, &(row.transpose() * &s.C));
                 let sum = rates.support(&d);
+                // Each member's share has a smaller bound of its own.
+                by_loads += loads.of(&d).bound();
                 on_y += d;
                 taken += sizing.epsilon * sum + c.Hz[&j].abs().dot(&sizing.subsystems[j].zeta);
                 let mismatch = (row.transpose() * &s.C - c.Hz[&j].transpose() * &s.Cz).amax();
@@ -536,9 +538,9 @@ impl Checker<'_> {
                 self.at_most(j, "(4)", mismatch.max(direct), 1e-12 * row.amax(), row.amax());
             }
             let share = loads.of(&on_y);
-            self.loads(0, share.bound(), share.attained, sets.coupling_loads[h], c.l);
+            self.loads(0, by_loads, share.attained, sets.coupling_loads[h], c.l);
             self.at_most(0, "loads leave no error", share.at_rest, 1e-9 * share.transient, c.l);
-            self.at_most(0, "(26)", taken + share.bound() + sizing.l_tilde[h], c.l, c.l);
+            self.at_most(0, "(26)", taken + by_loads + sizing.l_tilde[h], c.l, c.l);
             self.yes(0, "(26) leaves room", sizing.l_tilde[h] > 0.0);
         }
     }

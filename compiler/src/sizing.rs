@@ -17,7 +17,7 @@ use lapack_symbols::singular_values;
 use nalgebra::{DMatrix, DVector};
 
 use crate::convex::{Box, Invariant, Multiplier, Polytope, Strips, multipliers, rpi_at_least};
-use crate::diagnostic::Diagnostics;
+use crate::diagnostic::{Diagnostics, code};
 use crate::gains::{Gains, Proof};
 use crate::network::Network;
 use crate::optim::conic::Answer;
@@ -140,11 +140,13 @@ impl Sizing {
     pub fn new(network: &Network, gains: &Gains, sets: &Sets) -> Result<Self, Diagnostics> {
         let context = Context { network, gains, sets };
         let rounds = if context.is_large() { FEW_ROUNDS } else { ROUNDS };
-        let (program, point) =
-            context.optimise(&Asks::default(), rounds).map_err(|failure| failure.explained(&context))?;
-        let (program, point) = context.without_idle_strips(&program).unwrap_or((program, point));
-        let mut sizing = settle::settle(&context, &program, &point)?;
-        sizing.slacks = verify::verify(&context, &program.proofs, &sizing)?;
+        // Better multipliers can be too close to the edge to survive rounding; the nominal ones keep away from it.
+        let (program, mut sizing) = match context.sized(rounds) {
+            Err(mistakes) if mistakes.0.iter().any(|mistake| mistake.code == code::LOST_SLACK) => {
+                context.sized(0).map_err(|_| mistakes)
+            }
+            sized => sized,
+        }?;
         settle::admit_drift(&context, &program, &mut sizing);
         if !context.is_large() {
             sizing.trade = trade(&context, &program, &sizing);
@@ -166,6 +168,15 @@ const FEW_ROUNDS: usize = 2;
 impl Context<'_> {
     fn is_large(&self) -> bool {
         matches!(self.gains.proof, Proof::Responses(_))
+    }
+
+    /// Sizes that are verified, with as many rounds of better multipliers.
+    fn sized(&self, rounds: usize) -> Result<(Program, Sizing), Diagnostics> {
+        let (program, point) = self.optimise(&Asks::default(), rounds).map_err(|failure| failure.explained(self))?;
+        let (program, point) = self.without_idle_strips(&program).unwrap_or((program, point));
+        let mut sizing = settle::settle(self, &program, &point)?;
+        sizing.slacks = verify::verify(self, &program.proofs, &sizing)?;
+        Ok((program, sizing))
     }
 
     /// Alternates between the program and its multipliers until a round gains less than 1e-4 of the objective.
@@ -192,7 +203,7 @@ impl Context<'_> {
     /// way to the largest share of it.
     fn first_point(&self, asks: &Asks, rounds: usize) -> Result<(Program, Vec<f64>), Failure> {
         let mut proofs = self.nominal_proofs().map_err(Failure::NoProof)?;
-        for _ in 0..rounds {
+        for _ in 0..rounds.max(1) {
             let program = Program::new(self, proofs.clone(), asks);
             match program.solve() {
                 Answer::Point(point) => return Ok((program, point)),
