@@ -496,13 +496,18 @@ fn assumption_1_fails(network: &Network, collective: &Collective, rho: f64) -> D
     let error = coupling_labels(error, network).note(format!(
         "Assumption 1, part 1: the spectral radius of A + B diag(K_1, ..., K_M) is {rho:.6}, must be below 1"
     ));
-    let error = pairing::wrong_pairs(network, collective).into_iter().fold(error, Diagnostic::note);
-    error.help(if network.subsystems.iter().all(|s| s.gains.K.is_some()) {
+    let pairs = pairing::wrong_pairs(network, collective);
+    let error = pairs.iter().cloned().fold(error, Diagnostic::note);
+    error.help(if !pairs.is_empty() {
+        PAIR_AGAIN
+    } else if network.subsystems.iter().all(|s| s.gains.K.is_some()) {
         "leave some K out and let the compiler choose it, check the signs (u = K x), or merge the subsystems that are coupled most"
     } else {
         "change `gain-weights` (a larger R in a strongly coupled subsystem often helps, or a larger Q), state K, or merge the subsystems that are coupled most"
     })
 }
+
+const PAIR_AGAIN: &str = "give each output to the subsystem whose input is to hold it: no gains repair wrong pairs";
 
 fn assumption_2_fails(network: &Network, margin: f64) -> Diagnostic {
     let mut error =
@@ -528,8 +533,11 @@ fn assumption_3_fails(network: &Network, collective: &Collective, gains: &[Subsy
         );
     }
     let error = error.note(format!("together, calF has spectral radius {rho:.6}, must be below 1"));
-    let error = pairing::wrong_pairs(network, collective).into_iter().fold(error, Diagnostic::note);
-    error.help(if given {
+    let pairs = pairing::wrong_pairs(network, collective);
+    let error = pairs.iter().cloned().fold(error, Diagnostic::note);
+    error.help(if !pairs.is_empty() {
+        PAIR_AGAIN
+    } else if given {
         "leave Kx and Ke out and let the Riccati equation choose them, or check their signs: u = Kx x + Ke e with e the integral of (y_ref - y)"
     } else {
         "change `reference-weights` (a smaller Qe integrates more slowly), check that each output is paired with the input that moves it most, or merge subsystems"

@@ -36,7 +36,7 @@ struct Arguments {
     /// Start from the states in this file (TOML: a table per subsystem, with x0) instead of those in FILE
     #[arg(long, value_name = "FILE")]
     start: Option<PathBuf>,
-    /// Also write the gains as lines for FILE, to keep them without a search
+    /// Also write the gains to a file of their own, as lines to be pasted into the network's
     #[arg(long, value_name = "FILE")]
     gains_out: Option<PathBuf>,
     /// Print time and peak memory of every stage, one per line
@@ -55,6 +55,7 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<(), String> {
+    arguments.check_targets()?;
     let mut watch = Progressing { clock: Clock::new(), bar: None };
     let source = build::read(&arguments.file)?;
     let design = designed(arguments, &source, &mut watch)?;
@@ -81,6 +82,33 @@ fn designed(arguments: &Arguments, source: &Source, watch: &mut Progressing) -> 
     let design = design.started(&starts).map_err(rendered(&starts))?;
     watch.clock.ended("Start");
     Ok(design)
+}
+
+impl Arguments {
+    /// Nothing that is read may be written, and no folder can be; better said before the design than after it.
+    fn check_targets(&self) -> Result<(), String> {
+        let inputs: Vec<_> = [Some(&self.file), self.start.as_ref()].into_iter().flatten().collect();
+        let same = |one: &Path, other: &Path| match (one.canonicalize(), other.canonicalize()) {
+            (Ok(one), Ok(other)) => one == other,
+            _ => one == other,
+        };
+        for (option, target) in [("--design", &self.design), ("--gains-out", &self.gains_out)] {
+            let Some(target) = target else { continue };
+            let shown = target.display();
+            if inputs.iter().any(|input| same(input, target)) {
+                return Err(format!("error: {option} {shown} would overwrite an input; choose another file"));
+            }
+            if target.is_dir() {
+                return Err(format!("error: {option} {shown} is a folder; name a file in it"));
+            }
+        }
+        match (&self.design, &self.gains_out) {
+            (Some(design), Some(gains)) if same(design, gains) => {
+                Err(format!("error: --design and --gains-out both write {}", design.display()))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// Writes everything or nothing; returns what to tell the user about it.

@@ -85,7 +85,7 @@ pub struct Wishes {
     pub reserve_weight: f64,
     /// Weight of the logarithm of the size of each terminal set Sigma_i.
     pub terminal_weight: f64,
-    /// Weight of the logarithm of epsilon, where epsilon is free.
+    /// Weight of the logarithm of epsilon, where epsilon is free, once per output of the network.
     pub epsilon_weight: f64,
     /// Weight of the logarithm of each end of Y_i, relative to that of its width: it keeps 0 inside.
     pub end_weight: f64,

@@ -150,7 +150,7 @@ impl Sets {
         let terminals = terminals(network, gains)?;
         let shares = references.shares(network, gains, sums);
         if sums == Sums::Proved {
-            references::check_doubts(network, gains, &shares)?;
+            references::check_charges(network, gains, &shares)?;
         }
         let parts = shapes.into_iter().zip(terminals).zip(scales).zip(shares).enumerate();
         let part = |(i, (((tube, terminal), scales), (x_rows, u_rows)))| {

@@ -99,14 +99,18 @@ impl Tuning {
     /// Searches as long as `effort` says; returns the network with the gains found. `None` where effort is
     /// 0, the file leaves no gain open, or there are no gains to start from: then the plain design says why.
     ///
-    /// `settled` is the plain design's choice of gains, where it has one: the search starts there and from the Riccati gains.
+    /// `settled` is the plain design's choice of gains, where it has one: the search starts there, from the Riccati gains, and from
+    /// those of the matrix inequality.
     pub fn new(
         network: &Network,
         settled: Option<&Settled>,
         effort: Effort,
         watch: &mut dyn Watch,
     ) -> Option<(Network, Self)> {
-        let starts = starts(network, settled).filter(|_| effort.budget() > 0)?;
+        if effort.budget() == 0 {
+            return None;
+        }
+        let starts = starts(network, settled)?;
         let finds = searched(network, starts, effort.budget(), watch);
         let (plain, compared) = (finds.first()?.start.clone(), finds.last()?.compared);
         let best = finds.into_iter().reduce(|best, next| if next.merit > best.merit { next } else { best })?;
@@ -129,12 +133,14 @@ impl Tuning {
 /// One search from each start, with equal shares of the budget and the aim of the first that has one.
 fn searched(network: &Network, starts: Vec<Candidate>, budget: usize, watch: &mut dyn Watch) -> Vec<Found> {
     let share = budget / starts.len();
+    // Where there are two starts, one of them is that of the inequality.
+    let shortcut = if starts.len() == 1 { by_inequality(network) } else { None };
     let mut finds: Vec<Found> = Vec::new();
     for start in starts {
         let before = finds.last().map_or(0, |find| find.compared);
         let aim = finds.iter().find_map(|find| find.aim.clone());
         let judge = Judge::new(network, Budget { before, share, whole: budget }, &mut *watch);
-        finds.push(Search::new(judge, start, aim).run());
+        finds.push(Search::new(judge, start, shortcut.as_ref(), aim).run());
     }
     finds
 }
@@ -149,4 +155,9 @@ fn starts(network: &Network, settled: Option<&Settled>) -> Option<Vec<Candidate>
     let local = Candidate::local(&network.subsystems).filter(|local| plain.as_ref() != Some(local));
     let starts: Vec<_> = plain.into_iter().chain(local).collect();
     (!starts.is_empty()).then_some(starts)
+}
+
+/// Gains of the matrix inequality: a better start where they are better.
+fn by_inequality(network: &Network) -> Option<Candidate> {
+    Settled::by_inequality(network.clone(), &mut ()).ok().map(|settled| Candidate::of(&settled.gains))
 }

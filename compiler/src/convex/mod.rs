@@ -14,4 +14,4 @@ pub use front::{Care, Charge, Front, LANES, Space};
 pub use invariant::{Invariant, least_fixed_point, least_fixed_point_of_blocks, rpi_at_least, rpi_on_normals};
 pub use polytope::Polytope;
 pub use strips::{Multiplier, Strips, multiplier, multipliers};
-pub use tube::{PowerSum, RateNorm};
+pub use tube::{MOST_STEPS, PowerSum, RateNorm};

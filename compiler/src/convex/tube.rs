@@ -143,7 +143,7 @@ impl PowerSum {
 /// Covers the rounding of the bounds themselves.
 const INFLATE: f64 = 1.0 + 1e-9;
 /// Enough for 1e-9 where the slowest mode is 0.9999.
-const MOST_STEPS: usize = 200_000;
+pub const MOST_STEPS: usize = 200_000;
 /// The tail is looked at once in so many steps.
 const CHECKED: usize = 32;
 /// Steps of an estimate, and those between two looks at its tail.

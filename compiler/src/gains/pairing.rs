@@ -85,7 +85,7 @@ fn suggestions(network: &Network, collective: &Collective) -> Vec<String> {
             let others = (0..row.len()).filter(|column| !mine.contains(column));
             let best = others.max_by(|&a, &b| row[a].total_cmp(&row[b]));
             if let (true, Some(best)) = (own < -SIGNIFICANT, best) {
-                notes.push(wrong_pair(output, s, own, input(network, collective, best), row[best]));
+                notes.push(wrong_pair(output, s, own, &input(network, collective, best), row[best]));
             }
         }
     }
@@ -96,19 +96,20 @@ fn suggestions(network: &Network, collective: &Collective) -> Vec<String> {
 const SIGNIFICANT: f64 = 1e-6;
 
 fn wrong_pair(output: &Signal, s: &Subsystem, own: f64, better: &str, gain: f64) -> String {
-    let output = &output.name;
+    let (output, owner) = (&output.name, &s.name);
     let mine: Vec<&str> = s.inputs.iter().map(|signal| &*signal.name).collect();
     let paired = match &mine[..] {
         [one] => format!("input {one} whose relative gain is {own:.2}"),
         several => format!("inputs {} whose relative gains add up to {own:.2}", several.join(", ")),
     };
-    format!("output {output} is paired with {paired}; pair it with {better} (relative gain {gain:.2})")
+    format!("`{output}` of `{owner}` is paired with {paired}; pair it with {better} (relative gain {gain:.2})")
 }
 
-/// The name of entry `column` of the collective u.
-fn input<'a>(network: &'a Network, collective: &Collective, column: usize) -> &'a str {
+/// Entry `column` of the collective u, with its owner.
+fn input(network: &Network, collective: &Collective, column: usize) -> String {
     let owner = collective.u.iter().rposition(|first| *first <= column).unwrap_or(0);
-    &network.subsystems[owner].inputs[column - collective.u[owner]].name
+    let s = &network.subsystems[owner];
+    format!("`{}` of `{}`", s.inputs[column - collective.u[owner]].name, s.name)
 }
 
 /// G entrywise times the transposed pseudo-inverse of G, G = C (I - A)^-1 B the map from u to y at rest, where it has full row

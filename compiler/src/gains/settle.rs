@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use super::inequality::{Nothing, offer};
 use super::interconnection::Layer;
 use super::pairing::wrong_pairs;
-use super::{Collective, Gains, K_i, reference_states};
+use super::{Collective, Gains, K_i, PAIR_AGAIN, is_wrongly_paired, reference_states};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::network::{FoundBy, FoundGain, Network, Subsystem};
 use crate::sets::{Sets, small_gain_radius as radius_with, worst_reference_share};
@@ -50,7 +50,10 @@ impl Settled {
     /// As [`Settled::new`].
     pub fn watched(network: Network, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
         match network.gains {
-            GainChoice::Lqr => Self::with(network, watch).map_err(offered),
+            GainChoice::Lqr => {
+                let tried = network.clone();
+                Self::with(network, watch).map_err(|errors| offered(&tried, errors))
+            }
             GainChoice::Lmi => Self::by_inequality(network, watch),
             GainChoice::Auto => Self::by_need(network, watch),
         }
@@ -65,7 +68,11 @@ impl Settled {
         Ok(Self { network, gains, sets })
     }
 
-    fn by_inequality(mut network: Network, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
+    /// With the gains of the inequality in both layers, where the file leaves them open.
+    ///
+    /// # Errors
+    /// As [`Settled::new`].
+    pub fn by_inequality(mut network: Network, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
         for layer in [Layer::Local, Layer::Reference] {
             if is_open(&network, layer) {
                 network = improved(&network, layer).map_err(|shortfall| refused(&network, &shortfall))?;
@@ -272,8 +279,8 @@ fn no_solution(network: &Network, layer: Layer, why: &Nothing) -> Shortfall {
 }
 
 /// `gains = "lqr"` where other gains might do.
-fn offered(mut errors: Diagnostics) -> Diagnostics {
-    let helps = blamed(&errors).is_some();
+fn offered(network: &Network, mut errors: Diagnostics) -> Diagnostics {
+    let helps = blamed(&errors).is_some() && !is_wrongly_paired(network);
     if let Some(error) = errors.0.first_mut().filter(|_| helps) {
         error.helps.push("gains = \"auto\" goes on to a matrix inequality over all subsystems".to_owned());
     }
@@ -297,8 +304,10 @@ fn refused(network: &Network, shortfall: &Shortfall) -> Diagnostics {
     };
     let place = network.places.gains.clone().unwrap_or_default();
     let error = Diagnostic::error(shortfall.code, title).at(place, "asked for here").note(shortfall.note.clone());
-    let error = wrong_pairs(network, &Collective::new(network)).into_iter().fold(error, Diagnostic::note);
-    error.help("leave `gains` out: local Riccati equations may do where the inequality does not").into()
+    let pairs = wrong_pairs(network, &Collective::new(network));
+    let error = pairs.iter().cloned().fold(error, Diagnostic::note);
+    let help = "leave `gains` out: local Riccati equations may do where the inequality does not";
+    error.help(if pairs.is_empty() { help } else { PAIR_AGAIN }).into()
 }
 
 /// Where the gains of a subsystem came from, for people.

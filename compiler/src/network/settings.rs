@@ -79,7 +79,7 @@ fn wishes(spec: &Spec, errors: &mut Diagnostics) -> Option<Wishes> {
         Some(weight) if spec.reference.epsilon.is_none() => {
             positive("`epsilon-weight`", weight, "`epsilon` is left out, so its weight decides", errors)
         }
-        given => weight("`epsilon-weight`", given, 0.5, errors),
+        given => weight("`epsilon-weight`", given, 0.25, errors),
     };
     let end_weight = weight("`end-weight`", &given.end_weight, 0.1, errors);
     let facet_loss = weight("`facet-loss`", &given.facet_loss, 0.01, errors);

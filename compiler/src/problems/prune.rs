@@ -10,10 +10,13 @@ use crate::sizing::SubsystemSizing;
 
 /// Drops, one after the other, every facet that the facets still there imply for all v and all references inside
 /// what (25b) leaves them. Tube rows stay: e is any deviation for which the problem has a solution, and each of
-/// them can stop that. Nothing else depends on e, so it does not enter. With `anywhere` the references may be any: those of
+/// them can stop that. Nothing else depends on e, so it does not enter. A problem of very many rows is left as it is. With `anywhere` the references may be any: those of
 /// start-up plans go beyond (25b).
 pub fn prune(condensed: Condensed, s: &Subsystem, sized: &SubsystemSizing, N: usize, anywhere: bool) -> Condensed {
     let space = Space { s, N };
+    if condensed.rows.len() * space.dimension() > MOST_WORK {
+        return condensed;
+    }
     let (tube, mut rows): (Vec<_>, Vec<_>) = condensed.rows.into_iter().partition(|row| row.kind == RowKind::Tube);
     let references = if anywhere { Vec::new() } else { space.references(sized) };
     // What is left out is implied by what stays, so the hull of all facets remains one.
@@ -28,6 +31,9 @@ pub fn prune(condensed: Condensed, s: &Subsystem, sized: &SubsystemSizing, N: us
     rows.retain(|row| row.facets() > 0);
     Condensed { H: condensed.H, rows: tube.into_iter().chain(rows).collect() }
 }
+
+/// Rows times unknowns of the largest problem that is pruned: the work grows with the square of it, and takes some seconds here.
+const MOST_WORK: usize = 30_000;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Side {

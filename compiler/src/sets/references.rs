@@ -11,6 +11,7 @@ use nalgebra::{DMatrix, DVector};
 pub use dense::steady_error;
 
 use super::{Sums, floor, loads};
+use crate::convex::MOST_STEPS;
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::gains::{Gains, Proof, SubsystemGains};
 use crate::network::{Network, Subsystem};
@@ -115,34 +116,34 @@ fn collective_floor(network: &Network, gains: &Gains) -> DVector<f64> {
     whole
 }
 
-/// Refuses references of which most that would be charged to a row is not what they take but what could not be summed: such a
-/// design keeps its promises and is good for nothing.
+/// Refuses references that would be charged many times what they take: such a design keeps its promises and is good for
+/// nothing. Of a row that only the slowest mode of calF acts on, the steps that are summed make a known share; where they
+/// make far less of what is charged, the rest is not what references take but what the proof could not follow.
 ///
 /// # Errors
 /// E0304, with the worst row.
-pub fn check_doubts(network: &Network, gains: &Gains, shares: &[Shares]) -> Result<(), Diagnostics> {
+pub fn check_charges(network: &Network, gains: &Gains, shares: &[Shares]) -> Result<(), Diagnostics> {
+    let summed = 1.0 - gains.rho_calF.powf(MOST_STEPS as f64);
     let rows = network.subsystems.iter().zip(shares).flat_map(|(s, (x_rows, u_rows))| {
         let names = s.X.rows.iter().chain(&s.U.rows);
-        names.zip(x_rows.iter().chain(u_rows)).map(move |(name, share)| (s, name, share.doubt / share.rate))
+        let times = move |share: &ReferenceShare| summed * share.rate / (share.rate - share.doubt);
+        names.zip(x_rows.iter().chain(u_rows)).map(move |(name, share)| (s, name, times(share)))
     });
-    let worst = rows.filter(|(.., doubt)| doubt.is_finite()).max_by(|(.., a), (.., b)| a.total_cmp(b));
+    let worst = rows.filter(|(.., times)| !times.is_nan()).max_by(|(.., a), (.., b)| a.total_cmp(b));
     match worst {
-        Some((s, row, doubt)) if doubt > MOST_DOUBT => Err(too_slow(network, gains, s, row, doubt).into()),
+        Some((s, row, times)) if times > MOST_TIMES => Err(too_slow(network, gains, s, row, times).into()),
         _ => Ok(()),
     }
 }
 
-/// Half of what is charged.
-const MOST_DOUBT: f64 = 0.5;
+/// How many times too much a row may be charged.
+const MOST_TIMES: f64 = 10.0;
 
-fn too_slow(network: &Network, gains: &Gains, s: &Subsystem, row: &str, doubt: f64) -> Diagnostic {
+fn too_slow(network: &Network, gains: &Gains, s: &Subsystem, row: &str, times: f64) -> Diagnostic {
     let decay = 1.0 - gains.rho_calF;
     let error =
         Diagnostic::error(code::STEADY_STATE, "the references settle too slowly for their transients to be bounded")
-            .at(
-                s.places.header.clone(),
-                format!("{:.4} % of what `{row}` would be charged could not be summed", 100.0 * doubt),
-            )
+            .at(s.places.header.clone(), format!("`{row}` would be charged over {times:.1e} times what they take"))
             .note(format!(
                 "the slowest mode of calF decays by {decay:.1e} per step: it takes {:.1e} s to halve",
                 std::f64::consts::LN_2 / decay * network.sample_time

@@ -6,6 +6,7 @@ use nalgebra::DVector;
 
 use super::{Context, Proofs};
 use crate::convex::Multiplier;
+use crate::network::Subsystem;
 use crate::optim::conic::{Answer, LogProgram};
 use crate::sets::{CAP, ReferenceShare, floor_support, import_gain, least_offsets};
 
@@ -372,7 +373,9 @@ impl Program {
             v.upset.for_each(|upset| self.log(wishes.terminal_weight, [(upset, 1.0)]));
         }
         if let Epsilon::Free(k) = self.epsilon {
-            self.log(wishes.epsilon_weight, [(k, 1.0)]);
+            // As often as there are outputs whose ranges it competes with: else it would shrink with the network.
+            let outputs: usize = context.network.subsystems.iter().map(Subsystem::p).sum();
+            self.log(wishes.epsilon_weight * outputs as f64, [(k, 1.0)]);
         }
     }
 

@@ -52,8 +52,9 @@ const LEAST_PER_ENTRY: f64 = 3.0;
 const GAIN: f64 = 1e-2;
 
 impl<'a> Search<'a> {
-    /// From some gains, or from those with a lower small gain where these are better. `aim` is that of an earlier search.
-    pub fn new(mut judge: Judge<'a>, start: Candidate, aim: Option<Aim>) -> Self {
+    /// From some gains, or from those with a lower small gain or from `shortcut` where these are better. `aim` is that of an
+    /// earlier search.
+    pub fn new(mut judge: Judge<'a>, start: Candidate, shortcut: Option<&Candidate>, aim: Option<Aim>) -> Self {
         let aimed = aim.is_some();
         judge.aim = aim.unwrap_or(Aim::Wishes);
         let merit = judge.merit(&start);
@@ -65,6 +66,11 @@ impl<'a> Search<'a> {
             search.judge.most_gain = WANTED_GAIN.max(if better { radii.1 } else { radii.0 }) * (1.0 + 1e-6);
         }
         search.settle_aim();
+        if let Some(shortcut) = shortcut {
+            let merit = search.judge.merit(shortcut);
+            search.accept(shortcut.clone(), merit);
+            search.settle_aim();
+        }
         search
     }
 

@@ -81,9 +81,8 @@ pub fn text(length: usize, gains: Gains) -> String {
          # of the fast-SLS benchmarks (antoineleeman/fast-SLS). Written by `mass-chain --design`.\n\
          name = \"mass-chain\"\nsample-time = {SAMPLE_TIME:?}                # s\nhorizon = {HORIZON}\ngains = \"{}\"\n\n\
          [reference]\nnorm = \"inf\"\n\n[sizing]\n\
-         epsilon-weight = {:?}             # by the number of masses: one epsilon serves the set-points of all of them\n",
-        gains.choice(),
-        SPEED_WEIGHT * length as f64
+         epsilon-weight = {SPEED_WEIGHT:?}\n",
+        gains.choice()
     );
     let ((A, B), link) = (mass(), from_neighbour());
     for i in 0..length {
