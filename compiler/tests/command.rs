@@ -135,6 +135,18 @@ fn a_file_of_starts_gives_plans_or_says_why_not() {
 }
 
 #[test]
+fn a_start_written_as_in_the_file_of_the_network_says_how_to_write_it() {
+    let folder = Folder::new("nested-starts");
+    fs::write(folder.0.join("system.toml"), GOOD).unwrap();
+    fs::write(folder.0.join("start.toml"), "[subsystem.left]\nx0 = [0.0, 0.0]\n").unwrap();
+    let output = folder.run(&["system.toml", "--start", "start.toml"]);
+    assert_eq!(output.status.code(), Some(1));
+    let said = stderr(&output);
+    assert!(said.contains("error[E0102]") && said.contains("start.toml:1:12"), "{said}");
+    assert!(said.contains("help: write [left]: the start file has one table per subsystem"), "{said}");
+}
+
+#[test]
 fn a_wrong_call_is_a_usage_error() {
     let folder = Folder::new("usage");
     assert_eq!(folder.run(&[]).status.code(), Some(2));

@@ -102,8 +102,9 @@ pub(super) fn measurement_error(
     let before = errors.0.len();
     let wrong = ends.iter().find(|end| !(0.0..f64::INFINITY).contains(&end.value));
     if let Some(end) = wrong {
-        let label = format!("{}, expected a number of 0 or more", number(end.value));
-        errors.push(Diagnostic::error(code::DISTURBANCE, format!("{what} is no bound")).at(end.place.clone(), label));
+        let label = format!("{}, expected a finite number of 0 or more", number(end.value));
+        let error = Diagnostic::error(code::DISTURBANCE, format!("{what} is no bound")).at(end.place.clone(), label);
+        errors.push(error.help("write the largest error of each measured state, such as measurement-error = { max = 0.1 }, and 0 where it is exact"));
     }
     (errors.0.len() == before).then(|| DVector::from_fn(n, |k, _| ends[k].value))
 }

@@ -54,9 +54,10 @@ fn check_names(written: &Signals, signals: &[Signal], member: &Member, errors: &
     }
 }
 
-fn missing(key: &str, why: &str, place: &Place, member: &Member) -> Diagnostic {
+fn missing(key: &str, why: &str, example: String, place: &Place, member: &Member) -> Diagnostic {
     Diagnostic::error(code::LOAD, format!("subsystem `{}` has loads without `{key}`", member.name))
         .at(place.clone(), format!("needs `{key}` beside it: {why}"))
+        .help(example)
 }
 
 fn matrix(
@@ -67,7 +68,11 @@ fn matrix(
     errors: &mut Diagnostics,
 ) -> Option<DMatrix<f64>> {
     let Some(M) = &given.M else {
-        errors.push(missing("M", "what they add to the states", &written.place, member));
+        let row = format!("[{}]", vec!["0.1"; signals.len()].join(", "));
+        let rows = vec![row; member.states.len().min(3)].join(", ");
+        let rows = if member.states.len() > 3 { rows + ", .." } else { rows };
+        let example = format!("write the matrix that takes loads to states, a row per state: M = [{rows}], say");
+        errors.push(missing("M", "what they add to the states", example, &written.place, member));
         return None;
     };
     let what = format!("matrix `M` of subsystem `{}`", member.name);
@@ -89,7 +94,13 @@ fn ends(
     errors: &mut Diagnostics,
 ) -> Option<Ends> {
     let Some(d) = &given.d else {
-        errors.push(missing("d", "their bounds", &written.place, member));
+        let side = |end: &str| vec![end; signals.len()].join(", ");
+        let example = format!(
+            "write d = {{ min = [{}], max = [{}] }}, say: 0 is the load at the operating point",
+            side("-0.1"),
+            side("0.1")
+        );
+        errors.push(missing("d", "their bounds", example, &written.place, member));
         return None;
     };
     let space = Space { what: format!("`d` of subsystem `{}`", member.name), kind: "load", signals };
@@ -145,7 +156,8 @@ fn rate(
     };
     if let Some(wrong) = rates.iter().find(|rate| rate.value < 0.0) {
         let label = format!("{}, expected a number of 0 or more", number(wrong.value));
-        errors.push(Diagnostic::error(code::LOAD, format!("{what} is no bound")).at(wrong.place.clone(), label));
+        let error = Diagnostic::error(code::LOAD, format!("{what} is no bound")).at(wrong.place.clone(), label);
+        errors.push(error.help("write the largest change per step, such as d-rate = 0.1, or one per load; without it a load may jump over its whole range"));
         return None;
     }
     Some(Some(DVector::from_iterator(rates.len(), rates.iter().map(|rate| rate.value))))

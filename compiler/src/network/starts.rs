@@ -102,7 +102,11 @@ fn of_loads(row: &Row, s: &Subsystem, errors: &mut Diagnostics) -> Option<DVecto
         let title = format!("`d0` of subsystem `{}` lies outside the bounds of its loads", s.name);
         let (low, high) = (number(s.loads.min[k]), number(s.loads.max[k]));
         let label = format!("{} is {}, not within {low} to {high}", s.loads.signals[k].name, number(d[k]));
-        errors.push(Diagnostic::error(code::START_OUTSIDE, title).at(row.value[k].place.clone(), label));
+        let error = Diagnostic::error(code::START_OUTSIDE, title).at(row.value[k].place.clone(), label);
+        errors.push(error.help(format!(
+            "write a load within its bounds, such as d0 = [{}], or widen `d`",
+            vec!["0.0"; d.len()].join(", ")
+        )));
     }
     outside.is_none().then_some(d)
 }

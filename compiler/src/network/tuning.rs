@@ -250,7 +250,7 @@ fn check_reserve(reserve: &At<f64>, member: &Member, errors: &mut Diagnostics) -
     if !fits {
         let error =
             Diagnostic::error(code::RESERVE, format!("`reserve` of subsystem `{}` cannot be granted", member.name));
-        let label = format!("{}, expected a number of 0 or more", number(reserve.value));
+        let label = format!("{}, expected a finite number of 0 or more", number(reserve.value));
         errors.push(error.at(reserve.place.clone(), label));
     }
     fits.then_some(reserve.value)

@@ -6,7 +6,7 @@ use super::Signal;
 
 impl Signal {
     /// ` cm`, or nothing: what follows a number in the unit of this signal.
-    pub(super) fn unit_suffix(&self) -> String {
+    pub(crate) fn unit_suffix(&self) -> String {
         self.unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"))
     }
 }

@@ -6,7 +6,11 @@ use super::program::{Asks, Goal, Program};
 use super::settle::tubes;
 use super::{Context, Proofs, ROUNDS};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, code};
+use crate::network::{NamedPolytope, Signal, Subsystem};
 use crate::optim::conic::Answer;
+
+/// Emptied rows that one message names.
+const MOST_EMPTIED: usize = 3;
 
 /// Drops the wishes one after the other and says which one was too much, with the largest value that is not.
 pub fn no_point(context: &Context, proofs: Vec<Proofs>, answer: Answer) -> Diagnostics {
@@ -79,7 +83,7 @@ impl Limit {
     }
 }
 
-/// Names the rows that the tubes alone leave nothing of, with the smallest Z_i for which they close.
+/// Names rows that the tubes alone leave nothing of, with the smallest Z_i for which they close.
 fn disturbance_too_large(context: &Context, proofs: Vec<Proofs>, limit: &Limit) -> Diagnostic {
     let program = Program::new(context, proofs, &Asks::default());
     let mut error =
@@ -90,34 +94,94 @@ fn disturbance_too_large(context: &Context, proofs: Vec<Proofs>, limit: &Limit) 
             error = error.at(place.clone(), share.clone());
         }
     }
+    error = error.note(format!(
+        "all of them together, the largest share with any set-point is {:.4} with these gains; what stops it: {}",
+        limit.value,
+        limit.rows(context)
+    ));
     let no_reserve: Vec<_> = context.network.subsystems.iter().map(|s| DVector::zeros(s.nz())).collect();
-    for (i, (q, _)) in tubes(context, &program, &no_reserve).into_iter().flatten().enumerate() {
-        error = emptied_by_tube(context, &program, i, &q).into_iter().fold(error, Diagnostic::note);
-    }
-    error
-        .note(format!(
-            "all of them together, the largest share with any set-point is {:.4} with these gains; what stops it: {}",
-            limit.value,
-            limit.rows(context)
-        ))
-        .help("state smaller bounds, widen the limit that stops them, or choose gains that reject what acts on its states (a larger Q or a smaller R in `gain-weights`)")
+    let tubes = tubes(context, &program, &no_reserve).into_iter().flatten().enumerate();
+    let emptied = tubes.flat_map(|(i, (q, _))| emptied_by_tube(context, &program, i, &q)).collect();
+    worst(emptied).into_iter().fold(error, Diagnostic::note).help("state smaller bounds, widen the limit that stops them, or choose gains that reject what acts on its states (a larger Q or a smaller R in `gain-weights`)")
 }
 
-/// One line per row of X_i and U_i that E_i with offsets q, the measurement error and the loads take as a whole.
-fn emptied_by_tube(context: &Context, program: &Program, i: usize, q: &DVector<f64>) -> Vec<String> {
+/// A row of X_i or U_i that nothing is left of.
+struct Emptied<'a> {
+    subsystem: &'a Subsystem,
+    set: &'a NamedPolytope,
+    row: usize,
+    /// How much of its room is taken; 1 or more.
+    share: f64,
+    how: String,
+}
+
+impl<'a> Emptied<'a> {
+    /// `None` where `taken` leaves some of the room; `how` says what takes it, given the unit of the row.
+    fn by(
+        subsystem: &'a Subsystem,
+        (set, signals): (&'a NamedPolytope, &[Signal]),
+        row: usize,
+        taken: f64,
+        how: impl FnOnce(&str) -> String,
+    ) -> Option<Self> {
+        let room = set.h[row];
+        let unit = unit(set, row, signals);
+        let how = || format!("its room is {room:.4}{unit}, {}", how(&unit));
+        (taken >= room).then(|| Self { subsystem, set, row, share: taken / room, how: how() })
+    }
+
+    fn is_opposite(&self, other: &Self) -> bool {
+        std::ptr::eq(self.set, other.set) && self.set.H.row(self.row) == -other.set.H.row(other.row)
+    }
+
+    fn line(&self) -> String {
+        format!("`{}` of `{}` is emptied: {}", self.set.rows[self.row], self.subsystem.name, self.how)
+    }
+}
+
+/// ` cm` for a bound of one signal, as in the name of its row; nothing for a combination.
+fn unit(set: &NamedPolytope, row: usize, signals: &[Signal]) -> String {
+    let normal = set.H.row(row);
+    let mut concerned = signals.iter().zip(&normal).filter(|(_, c)| **c != 0.0);
+    match (concerned.next(), concerned.next()) {
+        (Some((signal, c)), None) if c.abs() == 1.0 => signal.unit_suffix(),
+        _ => String::new(),
+    }
+}
+
+/// The rows that lose the largest share of their room, the worst first; of two opposite bounds the worse.
+fn worst(mut emptied: Vec<Emptied<'_>>) -> Vec<String> {
+    emptied.sort_by(|a, b| b.share.total_cmp(&a.share));
+    let worse = |(k, row): &(usize, &Emptied<'_>)| !emptied[..*k].iter().any(|before| row.is_opposite(before));
+    let lines: Vec<_> = emptied.iter().enumerate().filter(worse).map(|(_, row)| row.line()).collect();
+    let more = lines.len().checked_sub(MOST_EMPTIED).filter(|more| *more > 0);
+    lines.into_iter().take(MOST_EMPTIED).chain(more.map(|more| format!("... and {more} more"))).collect()
+}
+
+/// The rows of X_i and U_i that E_i with offsets q, the measurement error and the loads take as a whole.
+fn emptied_by_tube<'a>(context: &Context<'a>, program: &Program, i: usize, q: &DVector<f64>) -> Vec<Emptied<'a>> {
     let (s, proofs, sets) = (&context.network.subsystems[i], &program.proofs[i], &context.sets.subsystems[i]);
     let noise = context.noise(i).u;
-    let of_x = (0..s.X.h.len()).map(|r| (&s.X.rows[r], s.X.h[r], proofs.tube_x[r].on(q), 0.0, sets.x_rows[r].load));
-    let of_u =
-        (0..s.U.h.len()).map(|r| (&s.U.rows[r], s.U.h[r], proofs.tube_u[r].on(q), noise[r], sets.u_rows[r].load));
-    let emptied = of_x.chain(of_u).filter(|(_, room, tube, noise, load)| tube + noise + load >= *room);
-    let line = |(row, room, tube, noise, load): (&String, f64, f64, f64, f64)| {
-        let takes = if noise > 0.0 { "the tube E and K times measurement errors take" } else { "the tube E takes" };
-        let tube = tube + noise;
-        let loads = if load > 0.0 { format!(", the references need {load:.4} for the loads") } else { String::new() };
-        format!("`{row}` of `{}` is emptied: its room is {room:.4}, {takes} {tube:.4} of it{loads}", s.name)
+    let of_x = (0..s.X.h.len()).map(|r| (over_x(s), r, proofs.tube_x[r].on(q), 0.0, sets.x_rows[r].load));
+    let of_u = (0..s.U.h.len()).map(|r| (over_u(s), r, proofs.tube_u[r].on(q), noise[r], sets.u_rows[r].load));
+    let of = |(set, row, tube, noise, load)| {
+        Emptied::by(s, set, row, tube + noise + load, |unit| taken_by_tube(tube, noise, load, unit))
     };
-    emptied.map(line).collect()
+    of_x.chain(of_u).filter_map(of).collect()
+}
+
+fn taken_by_tube(tube: f64, noise: f64, load: f64, unit: &str) -> String {
+    let takes = if noise > 0.0 { "the tube E and K times measurement errors take" } else { "the tube E takes" };
+    let loads = if load > 0.0 { format!(", the references need {load:.4}{unit} for the loads") } else { String::new() };
+    format!("{takes} {:.4}{unit} of it{loads}", tube + noise)
+}
+
+fn over_x(s: &Subsystem) -> (&NamedPolytope, &[Signal]) {
+    (&s.X, &s.states)
+}
+
+fn over_u(s: &Subsystem) -> (&NamedPolytope, &[Signal]) {
+    (&s.U, &s.inputs)
 }
 
 /// The epsilon the message suggests: a little inside the limit, two digits.
@@ -127,30 +191,29 @@ fn inside(value: f64) -> f64 {
 
 fn epsilon_too_large(context: &Context, epsilon: f64, limit: &Limit) -> Diagnostic {
     let place = context.network.places.epsilon.clone().unwrap_or_default();
-    let mut error = Diagnostic::error(code::EPSILON, format!("epsilon = {epsilon} leaves no set-point at all"))
-        .at(place, "references may move this far in one step, in every direction, for ever");
-    for (i, s) in context.network.subsystems.iter().enumerate() {
-        let sets = &context.sets.subsystems[i];
-        for (r, share) in sets.x_rows.iter().enumerate().filter(|(r, share)| epsilon * share.rate >= s.X.h[*r]) {
-            error = error.note(emptied(&s.name, &s.X.rows[r], s.X.h[r], epsilon * share.rate));
-        }
-        for (r, share) in sets.u_rows.iter().enumerate().filter(|(r, share)| epsilon * share.rate >= s.U.h[*r]) {
-            error = error.note(emptied(&s.name, &s.U.rows[r], s.U.h[r], epsilon * share.rate));
-        }
-    }
-    error
+    let error = Diagnostic::error(code::EPSILON, format!("epsilon = {epsilon} leaves no set-point at all"))
+        .at(place, "references may move this far in one step, in every direction, for ever")
         .note(format!(
             "the largest epsilon with any set-point is {:.4}; what stops it: {}",
             limit.value,
             limit.rows(context)
-        ))
+        ));
+    let subsystems = 0..context.network.subsystems.len();
+    let emptied = subsystems.flat_map(|i| emptied_by_references(context, i, epsilon)).collect();
+    worst(emptied)
+        .into_iter()
+        .fold(error, Diagnostic::note)
         .help(format!("choose epsilon = {} or less, or leave it out and let the compiler choose", inside(limit.value)))
 }
 
-fn emptied(subsystem: &str, row: &str, room: f64, taken: f64) -> String {
-    format!(
-        "`{row}` of `{subsystem}` is emptied: its room is {room:.4}, moving references take {taken:.4} of it (Delta^chi in (25b))"
-    )
+/// The rows of X_i and U_i that references take as a whole that move by epsilon per step.
+fn emptied_by_references<'a>(context: &Context<'a>, i: usize, epsilon: f64) -> Vec<Emptied<'a>> {
+    let (s, sets) = (&context.network.subsystems[i], &context.sets.subsystems[i]);
+    let of_x = sets.x_rows.iter().enumerate().map(|(row, share)| (over_x(s), row, epsilon * share.rate));
+    let of_u = sets.u_rows.iter().enumerate().map(|(row, share)| (over_u(s), row, epsilon * share.rate));
+    let how = |taken: f64, unit: &str| format!("moving references take {taken:.4}{unit} of it (Delta^chi in (25b))");
+    let of = |(set, row, taken)| Emptied::by(s, set, row, taken, |unit| how(taken, unit));
+    of_x.chain(of_u).filter_map(of).collect()
 }
 
 fn reserve_too_large(context: &Context, limit: &Limit) -> Diagnostic {

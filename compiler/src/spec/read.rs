@@ -179,9 +179,25 @@ pub(super) fn starts(file: &Table<'_>, errors: &mut Diagnostics) -> Option<Vec<S
 fn start(subsystem: At<String>, value: &Value<'_>, errors: &mut Diagnostics) -> Option<StartOf> {
     let what = format!("the start of subsystem `{}`", subsystem.value);
     let mut table = Table::of(what, value, errors)?.at(subsystem.place.clone());
+    if nested_starts(&subsystem, &table, errors) {
+        return None;
+    }
     let [x0, d0] = ["x0", "d0"].map(|key| table.optional(key, errors, row));
     table.refuse_unknown(errors);
     Some(StartOf { subsystem, x0, d0 })
+}
+
+/// Refuses `[subsystem.front]`, as the file of the network would have it; a subsystem of that name has `x0` or `d0`.
+fn nested_starts(subsystem: &At<String>, table: &Table<'_>, errors: &mut Diagnostics) -> bool {
+    let is_prefix = subsystem.value == "subsystem" && ["x0", "d0"].iter().all(|key| table.key_place(key).is_none());
+    let nested = table.named().filter(|(_, value)| is_prefix && matches!(value.toml, DeValue::Table(_)));
+    let before = errors.0.len();
+    for (entry, _) in nested {
+        let title = format!("unknown key `{}` in the start of subsystem `subsystem`", entry.key);
+        let error = Diagnostic::error(code::UNKNOWN_KEY, title).at(entry.key_place.clone(), "not a key of this table");
+        errors.push(error.help(format!("write [{}]: the start file has one table per subsystem", entry.key)));
+    }
+    errors.0.len() > before
 }
 
 /// Subsystem names become names of files and of Rust items.
