@@ -74,6 +74,7 @@ impl Design {
 
     fn of_network(network: Network, effort: Option<Effort>, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
         let effort = effort.unwrap_or(network.effort);
+        let network = Network { effort, ..network };
         effort.fits(&network)?;
         let settled = Settled::watched(network.clone(), watch);
         match Tuning::new(&network, settled.as_ref().ok(), effort, watch) {

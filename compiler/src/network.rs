@@ -51,7 +51,7 @@ pub struct Network {
     pub wishes: Wishes,
     /// How gains are found that the file does not state.
     pub gains: GainChoice,
-    /// How long to search for better gains, unless the caller says otherwise.
+    /// How long to search for better gains: what the file says, and in a design what its caller said instead.
     pub effort: Effort,
     pub subsystems: Vec<Subsystem>,
     pub coupling_constraints: Vec<CouplingConstraint>,

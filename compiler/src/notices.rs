@@ -2,6 +2,7 @@
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
 use crate::design::Design;
+use crate::gains::GainChoice;
 use crate::sets::CAP;
 use crate::summary::short;
 
@@ -10,7 +11,7 @@ const LITTLE: f64 = 0.05;
 /// More steps than this from one end of Y_i to the other are conspicuous.
 const MANY_STEPS: f64 = 5000.0;
 
-/// One sentence each, in the order of the file.
+/// One sentence each: what is asked for in vain first, then in the order of the file.
 pub fn notices(design: &Design) -> Vec<String> {
     let subsystems = 0..design.network.subsystems.len();
     let outputs =
@@ -24,7 +25,24 @@ pub fn notices(design: &Design) -> Vec<String> {
             short(c.l)
         )
     });
-    outputs.chain(constraints).collect()
+    in_vain(design).into_iter().chain(outputs).chain(constraints).collect()
+}
+
+/// What says how to choose gains, where the file leaves none to be chosen.
+fn in_vain(design: &Design) -> Vec<String> {
+    let network = &design.network;
+    let is_open = network.subsystems.iter().any(|s| s.gains.K.is_none() || s.gains.calK.is_none());
+    if is_open || design.tuning.is_some() {
+        return Vec::new();
+    }
+    let effort = (network.effort.budget() > 0).then(|| format!("effort {}", network.effort.level()));
+    let choice = match network.gains {
+        GainChoice::Auto => None,
+        GainChoice::Lqr => Some("gains = \"lqr\""),
+        GainChoice::Lmi => Some("gains = \"lmi\""),
+    };
+    let says = |what: String| format!("{what} changes nothing: the file states all gains itself (K, Kx and Ke)");
+    effort.into_iter().chain(choice.map(|choice| format!("`{choice}`"))).map(says).collect()
 }
 
 /// The first thing that is conspicuous about output k of subsystem i.

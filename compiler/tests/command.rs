@@ -109,6 +109,32 @@ fn the_effort_of_the_command_line_wins_over_the_files() {
 }
 
 #[test]
+fn a_search_for_gains_that_are_all_stated_is_said_to_be_in_vain() {
+    let folder = Folder::new("in-vain");
+    fs::write(folder.0.join("system.toml"), GOOD).unwrap();
+    assert_eq!(folder.run(&["system.toml", "--gains-out", "gains.toml"]).status.code(), Some(0));
+    let gains: toml::Table = fs::read_to_string(folder.0.join("gains.toml")).unwrap().parse().unwrap();
+    let mut stated: toml::Table = GOOD.parse().unwrap();
+    for name in ["left", "right"] {
+        let given = gains["subsystem"][name].as_table().unwrap().clone();
+        stated["subsystem"][name].as_table_mut().unwrap().extend(given);
+    }
+    let words = ["effort 2 changes nothing", "`gains = \"lmi\"` changes nothing"];
+    let said = |table: &toml::Table, options: &[&str]| {
+        fs::write(folder.0.join("system.toml"), table.to_string()).unwrap();
+        let output = folder.run(&[&["system.toml"], options].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        words.map(|word| stdout(&output).contains(word))
+    };
+    assert_eq!(said(&stated, &[]), [false, false]);
+    assert_eq!(said(&stated, &["--effort", "2"]), [true, false]);
+    stated.insert("gains".to_owned(), "lmi".into());
+    assert_eq!(said(&stated, &[]), [false, true]);
+    stated["subsystem"]["left"].as_table_mut().unwrap().remove("K");
+    assert_eq!(said(&stated, &[]), [false, false]);
+}
+
+#[test]
 fn a_file_of_starts_gives_plans_or_says_why_not() {
     let folder = Folder::new("starts");
     fs::write(folder.0.join("system.toml"), GOOD).unwrap();

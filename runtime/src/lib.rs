@@ -63,7 +63,7 @@
 //! | [`References::Waiting`] | a message, with coupling constraints | - (yref stays) | lost |
 //! | [`References::NotSteady`] | the starts of the neighbours do not fit together: for N - 1 steps the references do not follow (7a) | - | lost |
 //! | [`References::Planned`] | nothing: the start-up plan decides, and the set-point is not looked at yet | - | holds |
-//! | [`References::OffPlan`] | a neighbour was not started with its part of the same plan | - | lost |
+//! | [`References::OffPlan`] | a neighbour was not started with its part of the same plan, or the loads are not those the plan was made for | - | lost |
 //! | [`References::CouplingExceeded`] | the starts exceed a coupling constraint (or messages were lost) | - | lost |
 //!
 //! The shifted candidate is the last solution, one step on: (dx_1, du_1, ..., du_{N-1}, K_i dx_N). It is kept in the controller
@@ -97,9 +97,12 @@
 //! whatever is outside of it.
 //!
 //! # Measured disturbances
-//! Where the file states loads, an emitted file has a `LOADS` value and its `start` gives a [`Loads`] beside the controller:
+//! Where the file states loads, an emitted file has their names in `LOADS` and what they do in `LOAD_MODEL`
+//! ([`tables::LoadModel`]). Its `start` and `start_planned` take the loads measured then and give a [`Loads`] beside the
+//! controller and the message:
 //!
 //! ```text
+//! let (mut controller, mut loads, message) = start(&steady, &measured_loads)?;
 //! let load = loads.admit(&measured_loads);
 //! let step = controller.step_under(&measured, &set_point, &load, &mut inbox);
 //! if !step.status.is_guaranteed() { report() }

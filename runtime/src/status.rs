@@ -51,9 +51,9 @@ pub enum References {
     Nearest,
     /// xref_{t+N} and uref_{t+N} are those of the start-up plan; the set-point counts from its end on. The guarantee holds.
     Planned,
-    /// A neighbour is on another start-up plan, or only one of the two is on one ([`Message::plan`](crate::Message::plan)); or, at
-    /// the first step, under what the neighbours sent a state leaves the plan within one step by more than half of
-    /// [`Model::drift`](crate::tables::Model::drift). So the references do not follow (7a) over the first window, or coupling
+    /// A neighbour is on another start-up plan, or only one of the two is on one ([`Message::plan`](crate::Message::plan)), or the
+    /// loads are not those the plan was made for: at the first step, under what the neighbours sent and the loads add, a state
+    /// leaves the plan within one step by more than half of [`Model::drift`](crate::tables::Model::drift). So the references do not follow (7a) over the first window, or coupling
     /// constraints are planned for other neighbours. The references go on to follow the plan. The guarantee is lost.
     OffPlan,
     /// The set-point is not finite: yref stays. That is always admissible; the guarantee holds.
