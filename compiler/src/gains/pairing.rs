@@ -32,7 +32,7 @@ pub(super) fn wrong_pairs(network: &Network, collective: &Collective) -> Vec<Str
     std::iter::once(proof.to_owned()).chain(suggestions(network, collective)).collect()
 }
 
-/// Whether no calK_i make the network and every subsystem alone stable: what [`wrong_pairs`] says.
+/// Whether no calK_i make the network and every subsystem alone stable: what the notes on wrong pairs rest on.
 pub fn is_wrongly_paired(network: &Network) -> bool {
     contradicts(network, &Collective::new(network))
 }

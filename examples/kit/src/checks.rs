@@ -9,6 +9,10 @@ use crate::trajectory::NodeSample;
 /// above 1 is given this much of the largest of them.
 pub const ROUNDING: f64 = 1e-9;
 
+/// What every design adds to W_i for the rounding of the on-line step, twice 1e-8 of the tighter bound of each state: a state
+/// outside of E_i by rounding of this size is inside again at the next step.
+const FLOOR: f64 = 2e-8;
+
 /// Counts and smallest margins over the steps looked at.
 #[derive(Debug, Clone)]
 pub struct Checks {
@@ -67,6 +71,8 @@ pub struct Watch {
     pub margins: Vec<f64>,
     /// Steps outside.
     pub violations: usize,
+    /// How far beyond each row is no violation, whatever the sizes.
+    allowed: Vec<f64>,
 }
 
 impl Checks {
@@ -102,7 +108,7 @@ impl NodeChecks {
         Self {
             states: Watch::new(&subsystem.X),
             inputs: Watch::new(&subsystem.U),
-            tube: Watch::new(&subsystem.rpi),
+            tube: Watch::of_tube(subsystem),
             coupling: Watch::new(&subsystem.z_set),
             infeasible: 0,
             fell_back: 0,
@@ -149,14 +155,28 @@ impl NodeChecks {
 
 impl Watch {
     fn new(set: &Polytope) -> Self {
-        Self { set: set.clone(), margins: vec![f64::INFINITY; set.h.len()], violations: 0 }
+        let rows = set.h.len();
+        Self { set: set.clone(), margins: vec![f64::INFINITY; rows], violations: 0, allowed: vec![0.0; rows] }
+    }
+
+    /// Of E_i: what the floor of W_i is in each row is no violation.
+    fn of_tube(subsystem: &Subsystem) -> Self {
+        let floor = |k: usize| {
+            let [low, high] = subsystem.X.interval(k);
+            let scale = high.min(-low);
+            FLOOR * if scale.is_finite() { scale } else { 1.0 }
+        };
+        let allowed = |row: &Vec<f64>| row.iter().enumerate().map(|(k, p)| p.abs() * floor(k)).sum();
+        let allowed = subsystem.rpi.H.iter().map(allowed).collect();
+        Self { allowed, ..Self::new(&subsystem.rpi) }
     }
 
     fn look(&mut self, v: &[f64], size: f64) {
         let mut outside = false;
-        for (smallest, margin) in self.margins.iter_mut().zip(self.set.margins(v)) {
+        let rows = self.margins.iter_mut().zip(self.set.margins(v)).zip(&self.allowed);
+        for ((smallest, margin), allowed) in rows {
             *smallest = smallest.min(margin);
-            outside |= margin.is_nan() || margin < -ROUNDING * size;
+            outside |= margin.is_nan() || margin < -f64::max(ROUNDING * size, *allowed);
         }
         self.violations += usize::from(outside);
     }

@@ -44,7 +44,7 @@ fn random_loads_and_upsets_break_nothing() {
         let mut all = Checks::new(&promise(design).unwrap());
         for seed in 0..8 {
             let run = random(design, &guaranteed(design), seed, 400, 40).unwrap();
-            assert_eq!((run.checks.violations(), run.outside), (0, 0), "{design}, seed {seed}");
+            assert_eq!((run.checks.violations(), run.outside), (0, 0), "{design}, seed {seed}: {:#?}", run.checks);
             all.absorb(&run.checks);
         }
         assert!(all.sum(|node| node.active) > 50, "{design}: constraints must matter for the test to mean anything");
