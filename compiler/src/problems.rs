@@ -50,6 +50,8 @@ pub struct DpcProblem {
     /// Facets (one-sided inequalities) before and after pruning.
     pub facets_before: usize,
     pub facets_after: usize,
+    /// Whether rows that can never become active were looked for.
+    pub pruned: bool,
     /// The working-set budget of the on-line solver.
     pub max_iterations: usize,
 }
@@ -97,7 +99,7 @@ impl DpcProblem {
     fn new(s: &Subsystem, g: &SubsystemGains, sized: &SubsystemSizing, network: &Network) -> Result<Self, Diagnostic> {
         let N = network.horizon;
         let condensed = Condensed::new(s, g, sized, N);
-        let facets_before = condensed.facets();
+        let (facets_before, pruned) = (condensed.facets(), prune::is_tried(&condensed, s, N));
         let condensed = prune::prune(condensed, s, sized, N, network.start_anywhere);
         let facets_after = condensed.facets();
         let T = inverse_factor(&condensed.H).ok_or_else(|| indefinite(s))?;
@@ -109,6 +111,7 @@ impl DpcProblem {
             rows: Vec::new(),
             facets_before,
             facets_after,
+            pruned,
             max_iterations: ITERATIONS_PER_ROW * (condensed.rows.len() + T.ncols()),
             H: condensed.H,
             T,

@@ -10,6 +10,7 @@ use crate::emit::Emitted;
 use crate::gains::{Layer, origin};
 use crate::network::{NamedPolytope, Network, Norm, Signal, Subsystem};
 use crate::notices::notices;
+use crate::problems::DpcProblem;
 use crate::sets::{ReferenceShare, SubsystemSets};
 use crate::sizing::{Slack, SubsystemSizing, TradePoint};
 use crate::tuning::{DesignFigures, Figures, Tuning};
@@ -175,7 +176,7 @@ impl Summary<'_> {
         lines.push(item("facets", &format!("E {}, Sigma {}", sizes.E.facets(), sizes.Sigma.facets())));
         lines.push(item("terminal set", &upsets(model, sizes)));
         lines.push(item("i-DPC problem", &format!("{} unknowns, {}", dpc.H.nrows(), count(dpc.rows.len(), "row"))));
-        lines.push(item("", &format!("{} of {} inequalities can become active", dpc.facets_after, dpc.facets_before)));
+        lines.push(item("", &inequalities(dpc)));
         lines.push(item("tables", &format!("{} bytes", self.emitted.table_bytes[i])));
         lines
     }
@@ -249,6 +250,15 @@ fn reserves(model: &Subsystem, sizes: &SubsystemSizing) -> Vec<String> {
     widths
         .map(|(name, (dz, zeta))| item("reserve", &format!("{} of {} in z = {name}", short(*dz), short(*zeta))))
         .collect()
+}
+
+/// How many of the inequalities the controller has to look at.
+fn inequalities(dpc: &DpcProblem) -> String {
+    if dpc.pruned {
+        format!("{} of {} inequalities can become active", dpc.facets_after, dpc.facets_before)
+    } else {
+        format!("{} inequalities, too many to look for those that never become active", dpc.facets_before)
+    }
 }
 
 /// What the file says acts on the subsystem.

@@ -14,7 +14,7 @@ use crate::sizing::SubsystemSizing;
 /// start-up plans go beyond (25b).
 pub fn prune(condensed: Condensed, s: &Subsystem, sized: &SubsystemSizing, N: usize, anywhere: bool) -> Condensed {
     let space = Space { s, N };
-    if condensed.rows.len() * space.dimension() > MOST_WORK {
+    if !is_tried(&condensed, s, N) {
         return condensed;
     }
     let (tube, mut rows): (Vec<_>, Vec<_>) = condensed.rows.into_iter().partition(|row| row.kind == RowKind::Tube);
@@ -30,6 +30,11 @@ pub fn prune(condensed: Condensed, s: &Subsystem, sized: &SubsystemSizing, N: us
     }
     rows.retain(|row| row.facets() > 0);
     Condensed { H: condensed.H, rows: tube.into_iter().chain(rows).collect() }
+}
+
+/// Whether the problem is small enough for it.
+pub fn is_tried(condensed: &Condensed, s: &Subsystem, N: usize) -> bool {
+    condensed.rows.len() * Space { s, N }.dimension() <= MOST_WORK
 }
 
 /// Rows times unknowns of the largest problem that is pruned: the work grows with the square of it, and takes some seconds here.
