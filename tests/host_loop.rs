@@ -201,7 +201,6 @@ impl<'a> HostLoop<'a> {
         random: &mut Random,
     ) -> Self {
         let model = Collective::new(design);
-        let rates = Rates::new(&model, design.network.reference.norm).expect("calF is Schur");
         let loads = LoadShares::new(&model, &design.network).expect("I - calF is regular");
         let y = steady_output(design, random);
         let inflows: Vec<_> = plant.parts.iter().map(|part| Inflow::new(&part.unknowns, random)).collect();
@@ -211,26 +210,28 @@ impl<'a> HostLoop<'a> {
         let mut nodes: Vec<_> = inflows.into_iter().enumerate().map(rest).collect();
         nodes.iter_mut().for_each(|node| node.choose(&DVector::zeros(node.problem.s.n()), random));
         let x = nodes.iter().map(|node| node.upset_state(random, upset)).collect();
-        let signs = design.network.subsystems.iter().map(|s| DVector::from_element(s.nz(), 1.0)).collect();
-        let (set_point, step, compare, tally) = (y, 0, 0, Tally::default());
-        let (weather, trusted) = (Weather::Worst, true);
+        Self { x, set_point: y, neighbours, upset, ..Self::new(design, plant, model, loads, nodes) }
+    }
+
+    /// Undisturbed on the plant, with no state yet and no set-point.
+    fn new(design: &'a Design, plant: &'a Plant, model: Collective, loads: LoadShares, nodes: Vec<Node<'a>>) -> Self {
         Self {
+            rates: Rates::new(&model, design.network.reference.norm).expect("calF is Schur"),
+            signs: design.network.subsystems.iter().map(|s| DVector::from_element(s.nz(), 1.0)).collect(),
             design,
             plant,
             model,
-            rates,
-            nodes,
-            x,
-            neighbours,
-            signs,
-            set_point,
-            step,
-            upset,
-            compare,
-            weather,
             loads,
-            trusted,
-            tally,
+            nodes,
+            x: Vec::new(),
+            neighbours: Neighbours::True,
+            set_point: DVector::zeros(0),
+            step: 0,
+            upset: 0.0,
+            compare: 0,
+            weather: Weather::Worst,
+            trusted: true,
+            tally: Tally::default(),
         }
     }
 
@@ -243,32 +244,11 @@ impl<'a> HostLoop<'a> {
     /// Starts where a plan was made for.
     pub fn planned(design: &'a Design, plant: &'a Plant, plan: &'a StartPlan) -> Self {
         let model = Collective::new(design);
-        let rates = Rates::new(&model, design.network.reference.norm).expect("calF is Schur");
+        let loads = LoadShares::new(&model, &design.network).expect("I - calF is regular");
         let nodes: Vec<_> =
             (0..plant.parts.len()).map(|i| Node::planned(design, plant, i, &plan.subsystems[i])).collect();
         let set_point = concat(&nodes.iter().map(|node| node.newest_y().clone()).collect::<Vec<_>>());
-        let signs = design.network.subsystems.iter().map(|s| DVector::from_element(s.nz(), 1.0)).collect();
-        let (x, neighbours, upset) = (plan.start.x0.clone(), Neighbours::True, 0.0);
-        let loads = LoadShares::new(&model, &design.network).expect("I - calF is regular");
-        let (step, compare, tally, weather, trusted) = (0, 0, Tally::default(), Weather::Worst, true);
-        Self {
-            design,
-            plant,
-            model,
-            rates,
-            nodes,
-            x,
-            neighbours,
-            signs,
-            set_point,
-            step,
-            upset,
-            compare,
-            weather,
-            loads,
-            trusted,
-            tally,
-        }
+        Self { x: plan.start.x0.clone(), set_point, ..Self::new(design, plant, model, loads, nodes) }
     }
 
     /// Also asks Clarabel about every `every`-th problem.

@@ -1,19 +1,19 @@
 //! The pipeline on one page; read this first.
 
-use crate::diagnostic::{Diagnostics, Source, code};
-use crate::gains::{Gains, Layer, Settled, is_wrongly_paired};
+use crate::diagnostic::{Diagnostics, Source};
+use crate::gains::{Gains, Settled};
 use crate::network::{Network, Start};
 use crate::problems::Problems;
 use crate::sets::Sets;
 use crate::sizing::Sizing;
 use crate::spec::Spec;
 use crate::start::StartPlan;
-use crate::tuning::{Effort, Tuning, Watch};
+use crate::tuning::{Effort, Tuning, Watch, offered};
 
 /// Everything the compiler knows about one network, stage by stage. Nothing in it changes after it is made.
 #[derive(Debug)]
 pub struct Design {
-    /// With the gains as given ones where they were searched for.
+    /// With the gains that were found, where these are not the Riccati equations'.
     pub network: Network,
     pub gains: Gains,
     pub sets: Sets,
@@ -119,26 +119,4 @@ fn read(source: Source, watch: &mut dyn Watch) -> Result<Network, Diagnostics> {
     let network = Network::new(&spec, source)?;
     watch.stage("Network");
     Ok(network)
-}
-
-/// Mistakes that better gains may repair say so.
-fn offered(network: &Network, mut mistakes: Diagnostics) -> Diagnostics {
-    if let Some(first) = mistakes.0.first_mut().filter(|first| is_repairable(network, first.code)) {
-        first.helps.push("--effort 2 (or `effort` in [sizing]) searches for gains that may do".to_owned());
-    }
-    mistakes
-}
-
-/// Whether the mistake depends on gains that the file leaves open.
-fn is_repairable(network: &Network, code: &str) -> bool {
-    let open = |layer: Layer| network.subsystems.iter().any(|s| layer.given(s).is_none());
-    match code {
-        code::COLLECTIVE_LOOP => open(Layer::Local) && !is_wrongly_paired(network),
-        code::ASSUMPTION_3 => open(Layer::Reference) && !is_wrongly_paired(network),
-        code::SMALL_GAIN => open(Layer::Local),
-        code::EPSILON | code::RESERVE_TOO_LARGE | code::COVER_TOO_LARGE | code::DISTURBANCE_TOO_LARGE => {
-            open(Layer::Local) || open(Layer::Reference)
-        }
-        _ => false,
-    }
 }

@@ -2,7 +2,7 @@
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
 use crate::design::Design;
-use crate::gains::GainChoice;
+use crate::gains::{GainChoice, Layer};
 use crate::sets::CAP;
 use crate::summary::short;
 
@@ -31,8 +31,7 @@ pub fn notices(design: &Design) -> Vec<String> {
 /// What says how to choose gains, where the file leaves none to be chosen.
 fn in_vain(design: &Design) -> Vec<String> {
     let network = &design.network;
-    let is_open = network.subsystems.iter().any(|s| s.gains.K.is_none() || s.gains.calK.is_none());
-    if is_open || design.tuning.is_some() {
+    if Layer::Local.is_open(network) || Layer::Reference.is_open(network) || design.tuning.is_some() {
         return Vec::new();
     }
     let effort = (network.effort.budget() > 0).then(|| format!("effort {}", network.effort.level()));

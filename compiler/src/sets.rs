@@ -190,18 +190,30 @@ pub fn small_gain_matrix(network: &Network, gains: &[SubsystemGains]) -> (Sparse
     (S, rho)
 }
 
-/// The small-gain radius with these K_i; `None` where some F_ii is not stable.
-pub fn small_gain_radius(network: &Network, K: &[DMatrix<f64>]) -> Option<f64> {
-    let z_offset = z_starts(network);
-    let size = z_offset[network.subsystems.len()];
-    let mut S = DMatrix::zeros(size, size);
-    for (i, (s, K)) in network.subsystems.iter().zip(K).enumerate() {
-        let F = &s.A + &s.B * K;
-        for (j, block) in small_gain_rows(s, K, &F, &Contraction::new(&F)?) {
-            S.view_mut((z_offset[i], z_offset[j]), block.shape()).copy_from(&block);
+/// The rows of S that belong to each subsystem, by neighbour, with these K_i; `None` where some F_ii is not stable.
+pub fn small_gain_with<'a>(
+    network: &Network,
+    K: impl IntoIterator<Item = &'a DMatrix<f64>>,
+) -> Option<Vec<BTreeMap<usize, DMatrix<f64>>>> {
+    network.subsystems.iter().zip(K).map(|(s, K)| small_gain_rows_with(s, K)).collect()
+}
+
+/// The same of one subsystem.
+pub fn small_gain_rows_with(s: &Subsystem, K: &DMatrix<f64>) -> Option<BTreeMap<usize, DMatrix<f64>>> {
+    let F = &s.A + &s.B * K;
+    Some(small_gain_rows(s, K, &F, &Contraction::new(&F)?))
+}
+
+/// S of its rows.
+pub fn assembled(network: &Network, rows: &[BTreeMap<usize, DMatrix<f64>>]) -> DMatrix<f64> {
+    let z = z_starts(network);
+    let mut S = DMatrix::zeros(z[rows.len()], z[rows.len()]);
+    for (i, row) in rows.iter().enumerate() {
+        for (&j, block) in row {
+            S.view_mut((z[i], z[j]), block.shape()).copy_from(block);
         }
     }
-    Some(spectral_radius(&S))
+    S
 }
 
 /// Spectral radius of a non-negative matrix, or where it is large a bound.
@@ -281,7 +293,8 @@ fn stack(parts: &[&DMatrix<f64>]) -> DMatrix<f64> {
 }
 
 /// First coupling output of each subsystem, and the number of all at the end.
-fn z_starts(network: &Network) -> Vec<usize> {
+/// First coupling output of each subsystem, and the number of all.
+pub fn z_starts(network: &Network) -> Vec<usize> {
     starts(network.subsystems.iter().map(Subsystem::nz))
 }
 

@@ -18,7 +18,7 @@ mod judge;
 mod search;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
-use crate::gains::{Layer, MOST_DENSE, Settled, is_too_large_for_dense, reference_states};
+use crate::gains::{Layer, MOST_DENSE, Settled, is_too_large_for_dense, is_wrongly_paired, reference_states};
 use crate::network::Network;
 use candidate::Candidate;
 pub use figures::{DesignFigures, Figures};
@@ -147,8 +147,7 @@ fn searched(network: &Network, starts: Vec<Candidate>, budget: usize, watch: &mu
 
 /// The plain gains first, and those of the Riccati equations where they are others.
 fn starts(network: &Network, settled: Option<&Settled>) -> Option<Vec<Candidate>> {
-    let open = |layer| network.subsystems.iter().any(|s| blocks::is_open(s, layer));
-    if !open(Layer::Local) && !open(Layer::Reference) {
+    if !Layer::Local.is_open(network) && !Layer::Reference.is_open(network) {
         return None;
     }
     let plain = settled.map(|settled| Candidate::of(&settled.gains));
@@ -160,4 +159,26 @@ fn starts(network: &Network, settled: Option<&Settled>) -> Option<Vec<Candidate>
 /// Gains of the matrix inequality: a better start where they are better.
 fn by_inequality(network: &Network) -> Option<Candidate> {
     Settled::by_inequality(network.clone(), &mut ()).ok().map(|settled| Candidate::of(&settled.gains))
+}
+
+/// Mistakes that a search may repair say so.
+pub fn offered(network: &Network, mut mistakes: Diagnostics) -> Diagnostics {
+    if let Some(first) = mistakes.0.first_mut().filter(|first| is_repairable(network, first.code)) {
+        first.helps.push("--effort 2 (or `effort` in [sizing]) searches for gains that may do".to_owned());
+    }
+    mistakes
+}
+
+/// Whether the mistake depends on gains that the file leaves open, in a network that can be searched.
+fn is_repairable(network: &Network, code: &str) -> bool {
+    let open = |layer: Layer| layer.is_open(network) && !is_too_large_for_dense(network);
+    match code {
+        code::COLLECTIVE_LOOP => open(Layer::Local) && !is_wrongly_paired(network),
+        code::ASSUMPTION_3 => open(Layer::Reference) && !is_wrongly_paired(network),
+        code::SMALL_GAIN => open(Layer::Local),
+        code::EPSILON | code::RESERVE_TOO_LARGE | code::COVER_TOO_LARGE | code::DISTURBANCE_TOO_LARGE => {
+            open(Layer::Local) || open(Layer::Reference)
+        }
+        _ => false,
+    }
 }

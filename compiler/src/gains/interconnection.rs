@@ -26,6 +26,11 @@ impl Layer {
         }
     }
 
+    /// Whether the file leaves a gain of this layer to be chosen.
+    pub fn is_open(self, network: &Network) -> bool {
+        network.subsystems.iter().any(|s| self.given(s).is_none())
+    }
+
     /// The gain that was found and takes the place of the Riccati equation's.
     pub fn found(self, subsystem: &Subsystem) -> Option<&FoundGain> {
         match self {

@@ -8,7 +8,8 @@ use super::pairing::wrong_pairs;
 use super::{Collective, Gains, K_i, PAIR_AGAIN, is_wrongly_paired, reference_states};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::network::{FoundBy, FoundGain, Network, Subsystem};
-use crate::sets::{Sets, small_gain_radius as radius_with, worst_reference_share};
+use crate::optim::lyapunov::spectral_radius;
+use crate::sets::{Sets, assembled, small_gain_with, worst_reference_share};
 use crate::tuning::Watch;
 
 /// `gains` of the file, for subsystems that state no gains themselves.
@@ -74,7 +75,7 @@ impl Settled {
     /// As [`Settled::new`].
     pub fn by_inequality(mut network: Network, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
         for layer in [Layer::Local, Layer::Reference] {
-            if is_open(&network, layer) {
+            if layer.is_open(&network) {
                 network = improved(&network, layer).map_err(|shortfall| refused(&network, &shortfall))?;
             }
         }
@@ -89,7 +90,7 @@ impl Settled {
                 Ok((gains, sets)) => return Ok(Self { network, gains, sets }),
                 Err(errors) => errors,
             };
-            let layer = blamed(&errors).filter(|layer| !tried.contains(layer) && is_open(&network, *layer));
+            let layer = blamed(&errors).filter(|layer| !tried.contains(layer) && layer.is_open(&network));
             let Some(layer) = layer else { return Err(errors) };
             tried.push(layer);
             network = match improved(&network, layer) {
@@ -116,10 +117,6 @@ fn blamed(Diagnostics(errors): &Diagnostics) -> Option<Layer> {
         code::ASSUMPTION_3 | code::LARGE_REFERENCES | code::STEADY_STATE => Some(Layer::Reference),
         _ => None,
     }
-}
-
-fn is_open(network: &Network, layer: Layer) -> bool {
-    network.subsystems.iter().any(|s| layer.given(s).is_none())
 }
 
 /// Reference states of the largest network that the matrix inequality is tried for: its work grows with the fourth power or
@@ -190,7 +187,8 @@ fn quietest(network: &Network) -> Result<Network, Shortfall> {
 /// `None` where some F_ii is not stable, or its sums overflow.
 fn small_gain_radius(network: &Network) -> Option<f64> {
     let K = network.subsystems.iter().map(|s| K_i(s).ok()).collect::<Option<Vec<_>>>()?;
-    radius_with(network, &K).filter(|radius| radius.is_finite())
+    let rows = small_gain_with(network, &K)?;
+    Some(spectral_radius(&assembled(network, &rows))).filter(|radius| radius.is_finite())
 }
 
 /// Whether nothing is left to blame the K_i for.

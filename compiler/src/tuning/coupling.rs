@@ -10,8 +10,8 @@ use super::candidate::Candidate;
 use crate::gains::Layer;
 use crate::network::{Network, Subsystem};
 use crate::optim::climb::climb;
-use crate::optim::lyapunov::{Contraction, spectral_radius};
-use crate::sets::small_gain_rows;
+use crate::optim::lyapunov::spectral_radius;
+use crate::sets::{assembled, small_gain_rows_with, small_gain_with, z_starts};
 
 /// Lowers the small-gain radius by the K_i until it is below `wanted`, or no sweep lowers it; returns also the radius
 /// before and after. `None` where some F_ii is not stable.
@@ -53,13 +53,7 @@ const STEP: f64 = 0.3;
 type Rows = BTreeMap<usize, DMatrix<f64>>;
 
 fn all_rows(network: &Network, candidate: &Candidate) -> Option<Vec<Rows>> {
-    network.subsystems.iter().zip(&candidate.0).map(|(s, (K, _))| rows_of(s, K)).collect()
-}
-
-fn rows_of(s: &Subsystem, K: &DMatrix<f64>) -> Option<Rows> {
-    let F = &s.A + &s.B * K;
-    let contraction = Contraction::new(&F)?;
-    Some(small_gain_rows(s, K, &F, &contraction))
+    small_gain_with(network, candidate.0.iter().map(|(K, _)| K))
 }
 
 fn lowered(network: &Network, candidate: Candidate, group: &Group, v: &[DVector<f64>]) -> Candidate {
@@ -77,35 +71,13 @@ fn lowered(network: &Network, candidate: Candidate, group: &Group, v: &[DVector<
 
 /// Largest (S v)_k / v_k over the rows of one subsystem; unstable gains come after all others.
 fn ratio(s: &Subsystem, K: &DMatrix<f64>, own: &DVector<f64>, v: &[DVector<f64>]) -> f64 {
-    match rows_of(s, K) {
+    match small_gain_rows_with(s, K) {
         Some(rows) => {
             let sums = rows.iter().fold(DVector::zeros(own.len()), |sum, (&j, block)| sum + block * &v[j]);
             sums.iter().zip(own).map(|(sum, own)| sum / own).fold(0.0, f64::max)
         }
         None => 1e9 * spectral_radius(&(&s.A + &s.B * K)),
     }
-}
-
-fn assembled(network: &Network, rows: &[Rows]) -> DMatrix<f64> {
-    let offsets = offsets(network);
-    let size = offsets[offsets.len() - 1];
-    let mut S = DMatrix::zeros(size, size);
-    for (i, row) in rows.iter().enumerate() {
-        for (&j, block) in row {
-            S.view_mut((offsets[i], offsets[j]), block.shape()).copy_from(block);
-        }
-    }
-    S
-}
-
-fn offsets(network: &Network) -> Vec<usize> {
-    let sizes = network.subsystems.iter().map(Subsystem::nz);
-    std::iter::once(0)
-        .chain(sizes.scan(0, |sum, size| {
-            *sum += size;
-            Some(*sum)
-        }))
-        .collect()
 }
 
 /// Perron vector of S and a little coupling between all, which makes it positive; by subsystem.
@@ -117,8 +89,8 @@ fn perron(network: &Network, S: &DMatrix<f64>) -> Vec<DVector<f64>> {
         let next = (S * &v).add_scalar(little * v.sum()) + &v * S.amax();
         v = &next / next.amax();
     }
-    let offsets = offsets(network);
-    offsets.windows(2).map(|ends| v.rows(ends[0], ends[1] - ends[0]).into_owned()).collect()
+    let z = z_starts(network);
+    z.windows(2).map(|ends| v.rows(ends[0], ends[1] - ends[0]).into_owned()).collect()
 }
 
 const POWERS: usize = 500;

@@ -3,7 +3,7 @@
 
 use nalgebra::DVector;
 
-use super::blocks::{Block, blocks, groups, is_open};
+use super::blocks::{Block, blocks, groups};
 use super::candidate::Candidate;
 use super::coupling;
 use super::figures::Figures;
@@ -127,7 +127,7 @@ impl<'a> Search<'a> {
     /// The Riccati weights of one layer, of all subsystems by common factors: R and Q_e for calK_i, R for K_i.
     fn weights(&mut self, layer: Layer) {
         let (network, start) = (self.judge.network, self.best().0.clone());
-        if !network.subsystems.iter().any(|s| is_open(s, layer)) {
+        if !layer.is_open(network) {
             return;
         }
         let variables = if layer == Layer::Local { 1 } else { 2 };

@@ -25,17 +25,7 @@ const SUBSTEPS: u32 = 10;
 const CONVERGED: f64 = 1e-6;
 
 fn main() -> ExitCode {
-    match run() {
-        Ok(broken) if broken.is_empty() => ExitCode::SUCCESS,
-        Ok(broken) => {
-            broken.iter().for_each(|promise| eprintln!("error: {promise}"));
-            ExitCode::FAILURE
-        }
-        Err(failure) => {
-            eprintln!("error: {failure}");
-            ExitCode::FAILURE
-        }
-    }
+    example_kit::conclude(run())
 }
 
 /// All runs and all output; which promises were broken where the design makes them, on the linear plant.

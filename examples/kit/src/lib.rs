@@ -8,3 +8,10 @@ pub mod random;
 pub mod sets;
 pub mod table;
 pub mod trajectory;
+
+/// The exit code of an example, which returns the promises that were broken; says what went wrong.
+pub fn conclude(run: Result<Vec<String>, Box<dyn std::error::Error + Send + Sync>>) -> std::process::ExitCode {
+    let broken = run.unwrap_or_else(|failure| vec![failure.to_string()]);
+    broken.iter().for_each(|promise| eprintln!("error: {promise}"));
+    if broken.is_empty() { std::process::ExitCode::SUCCESS } else { std::process::ExitCode::FAILURE }
+}

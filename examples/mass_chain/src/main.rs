@@ -32,17 +32,7 @@ const BETWEEN: usize = 25;
 const ARRIVED: f64 = 1e-5;
 
 fn main() -> ExitCode {
-    match run() {
-        Ok(broken) if broken.is_empty() => ExitCode::SUCCESS,
-        Ok(broken) => {
-            broken.iter().for_each(|promise| eprintln!("error: {promise}"));
-            ExitCode::FAILURE
-        }
-        Err(failure) => {
-            eprintln!("error: {failure}");
-            ExitCode::FAILURE
-        }
-    }
+    example_kit::conclude(run())
 }
 
 /// What was asked for; which promises were broken.

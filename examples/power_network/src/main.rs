@@ -27,17 +27,7 @@ const AT_REST: f64 = 1e-6;
 const USAGE: &str = "usage: power-network [--picture | --shares | --designs]";
 
 fn main() -> ExitCode {
-    match run() {
-        Ok(broken) if broken.is_empty() => ExitCode::SUCCESS,
-        Ok(broken) => {
-            broken.iter().for_each(|promise| eprintln!("error: {promise}"));
-            ExitCode::FAILURE
-        }
-        Err(failure) => {
-            eprintln!("error: {failure}");
-            ExitCode::FAILURE
-        }
-    }
+    example_kit::conclude(run())
 }
 
 /// What was asked for; which promises were broken where the design makes them.
