@@ -10,7 +10,7 @@ use dpc_tests::{Random, cases, lower};
 const MUTATIONS_PER_CASE: usize = 1000;
 
 /// What a mutation puts in: pieces of TOML, numbers at the edge, text that is hard to draw.
-const PIECES: [&str; 48] = [
+const PIECES: [&str; 50] = [
     "[",
     "]",
     "{",
@@ -55,6 +55,8 @@ const PIECES: [&str; 48] = [
     "subsystem",
     "[subsystem.left]",
     "[[coupling-constraint]]",
+    "[[changing-constraint]]",
+    "between = [\"left\"]",
     "µ [°C]",
     "\u{0}",
     "\u{202e}",
@@ -136,6 +138,11 @@ fn assert_sound(network: &Network, text: &str) {
         let weights = [&subsystem.Q, &subsystem.R, &subsystem.T, &subsystem.X.H, &subsystem.U.H];
         assert!(matrices.iter().chain(&weights).all(|matrix| matrix.iter().all(|x| x.is_finite())), "{text}");
         assert!(subsystem.L.values().all(|L| L.iter().all(|x| x.is_finite())), "{text}");
+    }
+    for constraint in &network.changing_constraints {
+        let exposed = |j: &usize| network.subsystems[*j].exposed.as_ref();
+        assert!(!constraint.members.is_empty() && constraint.members.is_sorted(), "{text}");
+        assert!(constraint.members.iter().all(|j| exposed(j).is_some()) && !network.start_anywhere, "{text}");
     }
     for constraint in &network.coupling_constraints {
         assert!(constraint.l > 0.0 && constraint.H.keys().eq(constraint.Hz.keys()), "{text}");

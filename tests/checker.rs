@@ -7,6 +7,7 @@ use dpc_codegen::sizing::SubsystemSizing;
 use nalgebra::{DMatrix, DVector, RowDVector};
 
 use crate::Random;
+use crate::exposed::Taken;
 use crate::load_shares::LoadShares;
 use crate::random_network::Plant;
 use crate::strips::SymmetricSet;
@@ -54,7 +55,11 @@ pub fn claims(design: &Design) -> Vec<Claim> {
     for i in 0..design.network.subsystems.len() {
         checker.gains(i);
         match (Sets::new(design, i), &rates) {
-            (Some(sets), Some((rates, loads))) => checker.subsystem(i, &sets, rates, loads),
+            (Some(sets), Some((rates, loads))) => {
+                checker.subsystem(i, &sets, rates, loads);
+                let exposed = Taken::new(design, i, &checker.model, rates, loads).claims();
+                checker.claims.extend(exposed);
+            }
             _ => checker.claim(i, "E_i and Sigma_i are bounded and have an interior, calF is Schur", -1.0),
         }
     }

@@ -20,13 +20,21 @@ fn every_documented_key_is_there_in_its_order() {
     let documented = include_str!("../compiler/design-json.md");
     let text = design_json(&design("cases/emit/odd.toml"));
     let tables: Vec<Vec<&str>> = documented.split("\n| key |").skip(1).map(keys_of_table).collect();
-    let [network, subsystem, coupling] = &tables[..] else { panic!("three tables, got {}", tables.len()) };
+    let [network, subsystem, coupling, changing] = &tables[..] else { panic!("four tables, got {}", tables.len()) };
     let document: Value = serde_json::from_str(&text).expect("valid JSON");
     assert_eq!(keys(&document, &text), *network);
     for part in document["subsystems"].as_array().expect("a list") {
         assert_eq!(keys(part, &text), *subsystem);
     }
     assert_eq!(keys(&document["coupling_constraints"][0], &text), *coupling);
+    let text = design_json(&design("cases/emit/changing.toml"));
+    let document: Value = serde_json::from_str(&text).expect("valid JSON");
+    let rows = document["changing_constraints"].as_array().expect("a list");
+    assert_eq!(keys(&document, &text), *network);
+    assert_eq!(keys(&rows[0], &text), *changing);
+    assert_eq!(rows[0]["name"], "robots apart");
+    let (_, after) = text.split_once("\"changing_constraints\"").expect("the key");
+    assert_eq!(keys(&rows[0]["generators"], after), ["robot-1", "robot-2"]);
 }
 
 #[test]
@@ -47,6 +55,12 @@ fn numbers_read_back_to_the_same_bits() {
             }
             assert_eq!(rows(&part["x_hat"]["H"]), rows_of(&sizes.X_nom.H), "{}", case.path);
             assert_eq!(numbers(&part["u_hat"]["h"]), sizes.U_nom.h.as_slice(), "{}", case.path);
+            let generators = design.network.changing_constraints.iter().position(|c| c.members.contains(&i));
+            if let Some(h) = generators {
+                let written = rows(&document["changing_constraints"][h]["generators"][&model.name]);
+                let exposed: Vec<_> = sizes.exposed.generators.iter().map(|g| g.as_slice().to_vec()).collect();
+                assert_eq!(written, exposed, "{}", case.path);
+            }
             let both: Vec<f64> = sizes.Sigma.q.iter().chain(&sizes.Sigma.q).copied().collect();
             assert_eq!(numbers(&part["sigma"]["h"]), both, "{}", case.path);
             let ends: Vec<f64> = sizes.Y.max.iter().copied().chain(sizes.Y.min.iter().map(|end| 0.0 - end)).collect();

@@ -66,7 +66,10 @@ fn package() -> PathBuf {
     assert_eq!(folder, package.join("emitted/mod_"));
     let sparse = lower(read("cases/emit/odd.toml".as_ref())).ok().and_then(sparsely).expect("a design exists");
     Emitted::new(&sparse).write(&package.join("emitted/sparse")).expect("the target folder is writable");
-    compile_into(&root().join("cases/emit/started.toml"), &package.join("emitted")).expect("a design exists");
+    for case in ["started", "changing"] {
+        let file = root().join(format!("cases/emit/{case}.toml"));
+        compile_into(&file, &package.join("emitted")).expect("a design exists");
+    }
     let runtime = root().parent().expect("the workspace").join("runtime");
     let manifest = format!(
         "[package]\nname = \"odd\"\nversion = \"0.0.0\"\nedition = \"2024\"\n\n[dependencies]\n\
@@ -81,7 +84,7 @@ fn package() -> PathBuf {
 /// What `dpc_codegen::build::compile` does, but for the design, which is made already.
 const BUILD: &str = r#"
 fn main() {
-    for folder in ["mod_", "sparse", "started"] {
+    for folder in ["mod_", "sparse", "started", "changing"] {
         let out = std::path::PathBuf::from(std::env::var_os("OUT_DIR").unwrap()).join(folder);
         std::fs::create_dir_all(&out).unwrap();
         for file in std::fs::read_dir(std::path::Path::new("emitted").join(folder)).unwrap() {
@@ -105,6 +108,57 @@ mod sparse {
 
 mod started {
     include!(concat!(env!("OUT_DIR"), "/started/mod.rs"));
+}
+
+mod changing {
+    include!(concat!(env!("OUT_DIR"), "/changing/mod.rs"));
+}
+
+/// Rows that are redrawn by all members alike.
+fn redraw_rows() {
+    use changing::{lift, robot_1, robot_2};
+    use dpc_runtime::{NotRedrawn, References};
+
+    assert_eq!(robot_1::CHANGING, ["robots apart", "moving wall", "lift - robot-1 - robot-2"]);
+    assert_eq!((robot_2::COUPLING, robot_2::CHANGING[1]), (["lift `above` robot-2"], "lift - robot-1 - robot-2"));
+    let rest = [-2.0, 0.0, 2.0, 0.0, 1.0];
+    let (mut first, from_first) = robot_1::start(&robot_1::steady_state(&rest)).unwrap();
+    let (mut second, from_second) = robot_2::start(&robot_2::steady_state(&rest)).unwrap();
+    let (_, from_lift) = lift::start(&lift::steady_state(&rest)).unwrap();
+    let mut inbox = robot_1::Inbox::new();
+    inbox.accept(&robot_1::FROM_ROBOT_2, &from_second).unwrap();
+    inbox.accept(&robot_1::FROM_LIFT, &from_lift).unwrap();
+    let mut other = robot_2::Inbox::new();
+    other.accept(&robot_2::FROM_ROBOT_1, &from_first).unwrap();
+    other.accept(&robot_2::FROM_LIFT, &from_lift).unwrap();
+
+    // Apart by 0.5 along the first axis; a wall at -1.2; all of them together below 10.
+    let drawn = robot_1::redraw(&mut first, &inbox, |row, meeting| match row {
+        0 => {
+            let pair = meeting.pair()?;
+            assert_eq!((pair.first, pair.second), ([-2.0, 0.0], [2.0, 0.0]));
+            Some(pair.apart(&[-1.0, 0.0], 0.5))
+        }
+        1 => Some(robot_1::HalfSpace { own: [1.0, 0.0], others: [0.0; 3], l: -1.2 }),
+        _ => Some(robot_1::HalfSpace { own: [0.0, 0.5], others: [0.0, 0.5, 1.0], l: 10.0 }),
+    });
+    assert!(matches!(drawn, [Ok(()), Err(NotRedrawn::Exceeded { .. }), Ok(())]), "{drawn:?}");
+    let status = first.clone().step(&robot_1::steady_state(&rest).x, &[3.0, 0.0], &mut inbox.clone()).status;
+    assert_eq!(status.references, References::Undrawn { row: 1 });
+    let drawn = robot_1::redraw(&mut first, &inbox, |row, _| {
+        (row == 1).then_some(robot_1::HalfSpace { own: [1.0, 0.0], others: [0.0; 3], l: 1.5 })
+    });
+    assert_eq!(drawn[1], Ok(()));
+    let step = first.step(&robot_1::steady_state(&rest).x, &[3.0, 0.0], &mut inbox);
+    assert!(step.status.is_guaranteed() && step.message.y_ref[0] > -1.9, "{:?}", step.status);
+
+    let drawn = robot_2::redraw(&mut second, &other, |row, meeting| match row {
+        0 => meeting.pair().map(|pair| pair.apart(&[-1.0, 0.0], 0.5)),
+        _ => Some(robot_2::HalfSpace { own: [0.0, 0.5], others: [0.0, 0.5, 1.0], l: 10.0 }),
+    });
+    assert_eq!(drawn, [Ok(()), Ok(())]);
+    let step = second.step(&robot_2::steady_state(&rest).x, &[-3.0, 0.0], &mut other);
+    assert!(step.status.is_guaranteed() && step.message.y_ref[0] < 1.9, "{:?}", step.status);
 }
 
 /// Starts away from rest, with loads in one subsystem and a measurement error in another.
@@ -146,6 +200,7 @@ use controllers::{con_, plane, tanks_1_2, type_};
 
 fn main() {
     start_away_from_rest();
+    redraw_rows();
     let rest = [0.5, 1.0, 0.5, 0.25, -1.0];
     let (mut first, from_type) = type_::start(&type_::steady_state(&rest)).unwrap();
     let (mut second, from_tanks) = tanks_1_2::start(&tanks_1_2::steady_state(&rest)).unwrap();

@@ -177,6 +177,21 @@ fn outputs_in_coupling_constraints_are_coupling_outputs() {
     network.coupling_constraints.iter().for_each(|constraint| assert_exported(&network, constraint));
 }
 
+/// In the order of the network whatever the order of the file, each with the smallest margin that is stated.
+#[test]
+fn outputs_in_changing_constraints_are_coupling_outputs() {
+    let network = network("planar_vehicles");
+    let members = network.changing_constraints.iter().map(|c| (&*c.name, c.members.clone()));
+    assert_eq!(members.collect::<Vec<_>>(), [("apart", vec![0, 1]), ("carrier", vec![0])]);
+    let [carrier, drone, carriage] = &network.subsystems[..] else { panic!("three subsystems") };
+    let outputs = |s: &Subsystem| -> Vec<_> {
+        s.exposed.iter().flat_map(|e| &e.outputs).map(|output| (output.z, output.factor)).collect()
+    };
+    assert_eq!((outputs(carrier), outputs(drone)), (vec![(1, 1.0), (0, 0.5)], vec![(1, 1.0), (0, 1.0)]));
+    assert_eq!((carrier.nz(), drone.nz(), carriage.exposed.is_none()), (2, 2, true));
+    assert_eq!([carrier, drone].map(|s| s.margin().map(|margin| margin.value)), [Some(2.5), Some(3.0)]);
+}
+
 fn assert_exported(network: &Network, constraint: &CouplingConstraint) {
     assert_eq!(constraint.H.keys().collect::<Vec<_>>(), constraint.Hz.keys().collect::<Vec<_>>());
     for (j, H) in &constraint.H {

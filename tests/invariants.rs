@@ -7,8 +7,10 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use dpc_codegen::design::Design;
-use dpc_codegen::diagnostic::{Diagnostics, code};
-use dpc_tests::checker::{self, Claim};
+use dpc_codegen::diagnostic::{Diagnostics, Source, code};
+use dpc_tests::checker::{self, Claim, Collective, Rates};
+use dpc_tests::exposed::Taken;
+use dpc_tests::load_shares::LoadShares;
 use dpc_tests::random_network::{Kind, RandomNetwork};
 use dpc_tests::strips::SymmetricSet;
 use dpc_tests::{Random, cases_wanted, problem_checker, read};
@@ -135,6 +137,59 @@ fn on_random_networks() {
 #[test]
 fn on_disturbed_networks() {
     campaign(40, RandomNetwork::disturbed);
+}
+
+/// The same networks with constraints whose rows change while running.
+#[test]
+fn on_networks_with_changing_constraints() {
+    campaign(30, RandomNetwork::changing);
+}
+
+/// Ways to spoil what is charged for the outputs of one subsystem, and the claim that must then be broken.
+const SPOILT_CHARGES: [Spoil; 5] = [
+    ("changing rows are charged in full", |d, part| {
+        d.sizing.subsystems[0].exposed.generators.iter_mut().for_each(|g| *g *= 1.0 - part);
+    }),
+    ("changing rows are charged in full", |d, _| drop(d.sizing.subsystems[0].exposed.generators.pop())),
+    ("changing rows are charged in full", |d, part| d.sizing.epsilon *= 1.0 + part),
+    ("changing rows are charged once", |d, part| {
+        d.sizing.subsystems[0].exposed.generators.iter_mut().for_each(|g| *g *= 1.0 + part + 1e-4);
+    }),
+    ("(26') within the margin", |d, part| {
+        let taken = d.sizing.subsystems[0].exposed.half_widths(2).max();
+        let exposed = d.network.subsystems[0].exposed.as_mut().and_then(|exposed| exposed.margin.as_mut());
+        exposed.into_iter().for_each(|margin| margin.value = taken * (1.0 - part));
+    }),
+];
+
+#[test]
+fn a_changing_row_that_is_charged_wrongly_is_caught() {
+    let robots = read("../examples/robots/system.toml".as_ref());
+    for (claim, spoil) in SPOILT_CHARGES {
+        let mut design = Design::new(robots.clone()).expect("a design exists");
+        assert_eq!(checker::broken(&design).len(), 0);
+        spoil(&mut design, 1e-5);
+        assert!(checker::broken(&design).iter().any(|broken| broken.what.ends_with(claim)), "{claim}");
+    }
+}
+
+/// The robots' sets are fat: in any direction hardly more is charged than is taken, for every norm.
+#[test]
+fn hardly_more_is_charged_than_is_taken() {
+    let robots = read("../examples/robots/system.toml".as_ref());
+    for norm in ["1", "2", "\"inf\""] {
+        let text = robots.text.replace("norm = 2", &format!("norm = {norm}"));
+        let design = Design::new(Source { text, ..robots.clone() }).expect("a design exists");
+        let model = Collective::new(&design);
+        let rates = Rates::new(&model, design.network.reference.norm).expect("references settle");
+        let loads = LoadShares::new(&model, &design.network).expect("references settle");
+        let taken = Taken::new(&design, 0, &model, &rates, &loads);
+        let random = &mut Random(7);
+        for h in (0..300).map(|_| random.direction(2)) {
+            let ratio = taken.charged(&h) / taken.least(&h);
+            assert!((1.0..1.03).contains(&ratio), "norm {norm}, {h}: {ratio}");
+        }
+    }
 }
 
 /// Four times too much acts on this network, and the interior-point method stalls far away: the message must say the former.

@@ -1,6 +1,7 @@
 //! What several test files share: the cases, and the pipeline they go through.
 
 pub mod checker;
+pub mod exposed;
 pub mod host_loop;
 pub mod large_network;
 pub mod least_distance;

@@ -314,6 +314,7 @@ fn reference_problem(design: &Design, i: usize, claims: &mut Vec<Claim>) {
     let gamma = design.network.reference.gamma;
     let coupling: Vec<_> = design.network.coupling_constraints.iter().filter_map(|c| c.H.get(&i)).collect();
     let holds = match &design.problems.subsystems[i].reference {
+        ReferenceProblem::Clamp { .. } if s.exposed.is_some() => false,
         ReferenceProblem::Clamp { weight, rows } => {
             let weighted = (0..s.p()).all(|k| (weight[k] * (s.T[(k, k)] + gamma) - s.T[(k, k)]).abs() <= 1e-14);
             let split = rows.iter().zip(&coupling).all(|(&(k, c), H)| H[k] == c && (H.abs().sum() == c.abs()));

@@ -127,6 +127,13 @@ impl RandomNetwork {
         Self::with(seed, |drafts| disturb(seed, drafts))
     }
 
+    /// The same network with constraints among its subsystems whose rows change while running; every other one disturbed.
+    pub fn changing(seed: u64) -> Self {
+        let network = if seed.is_multiple_of(2) { Self::new(seed) } else { Self::disturbed(seed) };
+        let text = network.text.clone() + &changing_toml(&mut Random(seed ^ 0x5bd1_e995), network.plant.parts.len());
+        Self { text, ..network }
+    }
+
     /// [`Self::disturbed`], whose text does not mention one kind of what the plant has.
     pub fn unaware(seed: u64, kind: Kind) -> Self {
         let whole = Self::disturbed(seed);
@@ -382,6 +389,22 @@ fn coupling_toml(drafts: &[Draft], constraints: &[Coupling]) -> String {
         format!("\n[[coupling-constraint]]\nH = {{ {} }}\nmax = {l:?}\n", rows.join(", "))
     };
     constraints.iter().map(one).collect()
+}
+
+/// One to three, mostly between two subsystems, some with a margin that leaves much room.
+fn changing_toml(random: &mut Random, subsystems: usize) -> String {
+    let one = |random: &mut Random| {
+        let members = [1, 2, 2, 2, 3][random.below(5)].min(subsystems);
+        let names: Vec<_> = random.order(subsystems)[..members].iter().map(|i| format!("s{i}")).collect();
+        let margin = if random.chance(0.3) {
+            format!("margin = {:?}\n", short(random.magnitude(0.5, 5.0)))
+        } else {
+            String::new()
+        };
+        format!("\n[[changing-constraint]]\nbetween = {names:?}\n{margin}")
+    };
+    let count = 1 + random.below(3);
+    (0..count).map(|_| one(random)).collect()
 }
 
 impl Draft {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use dpc_codegen::design::Design;
-use dpc_codegen::diagnostic::Source;
+use dpc_codegen::diagnostic::{Source, code};
 use dpc_codegen::sizing::Sizing;
 use dpc_codegen::summary::short;
 use dpc_codegen::tuning::{Effort, Tuning, frozen};
@@ -105,6 +105,22 @@ fn a_search_is_never_behind_the_plain_design() {
         println!("{}: {before:.4} -> {after:.4}", source.path);
         assert!(after >= before - 1e-3, "{}: {before} {after}", source.path);
         assert_eq!(tuning(&tuned).plain.design.as_ref().map(|d| d.objective), Ok(before));
+    }
+}
+
+/// With plain gains moving references take 21 cm of every output.
+#[test]
+fn a_search_meets_margins_that_plain_gains_do_not() {
+    let robots = read("../examples/robots/system.toml".as_ref());
+    let is_gain = |line: &&str| ["K = ", "Kx = ", "Ke = "].iter().any(|key| line.starts_with(key));
+    let lines: Vec<&str> = robots.text.lines().filter(|line| !is_gain(line)).collect();
+    let text = lines.join("\n").replace("margin = 8.5", "margin = 9.5");
+    let source = Source { text, ..robots };
+    let Err(mistakes) = Design::new(source.clone()) else { panic!("plain gains are good enough") };
+    assert_eq!(mistakes.0[0].code, code::MARGIN_TOO_SMALL);
+    let tuned = designed(&source, 1);
+    for sized in &tuned.sizing.subsystems {
+        assert!(sized.exposed.half_widths(2).max() <= 9.5, "{:?}", sized.exposed);
     }
 }
 

@@ -59,6 +59,7 @@ impl Design {
     /// As [`Design::new`].
     pub fn anywhere(source: Source, effort: Option<Effort>, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
         let network = read(source, watch)?;
+        network.check_plannable()?;
         Self::of_network(Network { start_anywhere: true, start: None, ..network }, effort, watch)
     }
 

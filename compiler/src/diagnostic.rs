@@ -94,6 +94,10 @@ pub mod code {
     pub const LOAD: &str = "E0128";
     /// A start outside of X, or with loads outside their bounds.
     pub const START_OUTSIDE: &str = "E0129";
+    /// A changing constraint between nobody, or that names a subsystem twice.
+    pub const MEMBERS: &str = "E0130";
+    /// A start-up plan beside changing constraints.
+    pub const PLANNED_START: &str = "E0131";
 
     /// A_ii has an unstable mode that B_ii does not reach (Assumption 1).
     pub const UNSTABILISABLE: &str = "E0201";
@@ -134,6 +138,8 @@ pub mod code {
     pub const OVERFLOW: &str = "E0502";
     /// Disturbances, measurement errors and loads leave no set-point: a tightened set is empty.
     pub const DISTURBANCE_TOO_LARGE: &str = "E0406";
+    /// The margin of a changing constraint is out of reach.
+    pub const MARGIN_TOO_SMALL: &str = "E0407";
     /// The ball of (30) has too many facets.
     pub const TOO_MANY_OUTPUTS: &str = "E0503";
     /// No start-up plan from the stated start was found.
@@ -144,7 +150,7 @@ pub mod code {
         [LARGE_REFERENCES, FEW_NORMALS, STEADY_STATE, NOT_SIZED, LOST_SLACK, NOT_CONVEX, OVERFLOW];
 
     /// All others.
-    pub const ALL: [&str; 43] = [
+    pub const ALL: [&str; 46] = [
         SYNTAX,
         UNKNOWN_KEY,
         MISSING_KEY,
@@ -174,6 +180,8 @@ pub mod code {
         DISTURBANCE,
         LOAD,
         START_OUTSIDE,
+        MEMBERS,
+        PLANNED_START,
         UNSTABILISABLE,
         LOCAL_LOOP,
         COLLECTIVE_LOOP,
@@ -186,6 +194,7 @@ pub mod code {
         RESERVE_TOO_LARGE,
         COVER_TOO_LARGE,
         DISTURBANCE_TOO_LARGE,
+        MARGIN_TOO_SMALL,
         TOO_MANY_OUTPUTS,
         NO_START_PLAN,
     ];

@@ -7,7 +7,7 @@ use serde_json::value::RawValue;
 
 use crate::convex::{Box as Intervals, Polytope, Strips};
 use crate::design::Design;
-use crate::network::{CouplingConstraint, NamedPolytope, Network, Norm};
+use crate::network::{ChangingConstraint, CouplingConstraint, NamedPolytope, Network, Norm};
 
 /// The text of `design.json`: same bytes for the same design, one matrix row per line, floats in the shortest form
 /// that reads back the same, a line break at the end.
@@ -27,6 +27,7 @@ struct Document<'a> {
     gamma: f64,
     subsystems: Vec<Subsystem<'a>>,
     coupling_constraints: Vec<Coupling<'a>>,
+    changing_constraints: Vec<Changing<'a>>,
 }
 
 #[derive(serde::Serialize)]
@@ -70,6 +71,12 @@ struct Coupling<'a> {
     l_tilde: f64,
 }
 
+#[derive(serde::Serialize)]
+struct Changing<'a> {
+    name: &'a str,
+    generators: Keyed<'a, Rows>,
+}
+
 /// A map whose keys stand in the order of the network, not of the alphabet.
 struct Keyed<'a, T>(Vec<(&'a str, T)>);
 
@@ -97,6 +104,7 @@ impl<'a> Document<'a> {
             gamma: network.reference.gamma,
             subsystems: (0..network.subsystems.len()).map(|i| Subsystem::new(design, i)).collect(),
             coupling_constraints: couplings.map(|(row, &l_tilde)| Coupling::new(network, row, l_tilde)).collect(),
+            changing_constraints: network.changing_constraints.iter().map(|row| Changing::new(design, row)).collect(),
         }
     }
 }
@@ -148,6 +156,16 @@ impl<'a> Coupling<'a> {
             Keyed(parts.iter().map(|(&j, part)| (network.subsystems[j].name.as_str(), row(part.iter()))).collect())
         };
         Self { H: keyed(&constraint.H), Hz: keyed(&constraint.Hz), l: constraint.l, l_tilde }
+    }
+}
+
+impl<'a> Changing<'a> {
+    fn new(design: &'a Design, constraint: &'a ChangingConstraint) -> Self {
+        let member = |&j: &usize| {
+            let generators = &design.sizing.subsystems[j].exposed.generators;
+            (design.network.subsystems[j].name.as_str(), generators.iter().map(|g| row(g.iter())).collect())
+        };
+        Self { name: &constraint.name, generators: Keyed(constraint.members.iter().map(member).collect()) }
     }
 }
 

@@ -21,7 +21,7 @@
 //! | E_i, L_ij | what the coupling outputs of others do to the state | `network::Subsystem::{E, L}` | (1), (2) |
 //! | C_zi, D_zi | coupling output z_i, what others hear of the subsystem | `network::Subsystem::{Cz, Dz}` | (1c) |
 //! | X_i, U_i | state and input constraints | `network::Subsystem::{X, U}` | |
-//! | H_h, l_h | coupling constraint over outputs | `network::CouplingConstraint` | (3), (4) |
+//! | H_h, l_h | coupling constraint over outputs | `network::{CouplingConstraint, ChangingConstraint}` | (3), (4) |
 //! | w, v | disturbance and measurement error, beyond the paper: [`sets::exogenous`] | `network::Subsystem::{w, measurement_error}` | (20'), (35a') |
 //! | Q_i, R_i, P_i | stage and terminal weights | `network::Subsystem::{Q, R}`, `gains::SubsystemGains::P` | (34), (37) |
 //! | T_i, gamma | weights of the reference output | `network::Subsystem::T`, `network::Reference::gamma` | (29) |
@@ -39,6 +39,7 @@
 //! | Xhat_i, Uhat_i | tightened constraints | `sizing::SubsystemSizing::{X_nom, U_nom}` | (35c), (35d) |
 //! | Y_i | reference outputs | `sizing::SubsystemSizing::Y` | (25b), (31) |
 //! | l~_h | tightened limit of a coupling constraint | `sizing::Sizing::l_tilde` | (26) |
+//! | \[C_i 0\] Delta_i^chi + Z_i | what a changing coupling constraint is charged: [`sets::outputs`] | `sizing::SubsystemSizing::exposed` | (26), (26') |
 //! | V, w | i-DPC problem in least-distance form | `problems::DpcProblem` | (33)-(36) |
 
 // What Clarabel's semidefinite cone calls by name.

@@ -2,6 +2,7 @@
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
 mod blocks;
+mod changing;
 mod collective;
 mod constraints;
 mod disturbance;
@@ -30,6 +31,7 @@ use crate::diagnostic::{Diagnostics, Place, Source};
 use crate::gains::GainChoice;
 use crate::spec::{self, Spec};
 use crate::tuning::Effort;
+use changing::Changing;
 use form::Form;
 use limits::{Space, polytope};
 use model::Model;
@@ -55,6 +57,7 @@ pub struct Network {
     pub effort: Effort,
     pub subsystems: Vec<Subsystem>,
     pub coupling_constraints: Vec<CouplingConstraint>,
+    pub changing_constraints: Vec<ChangingConstraint>,
     /// Whether controllers are to start from any state that a start-up plan exists for; see [`crate::start`].
     pub start_anywhere: bool,
     /// The start that the file states.
@@ -142,6 +145,8 @@ pub struct Subsystem {
     pub y_weights: Vec<f64>,
     /// Smallest half-width of Delta_i^z the user accepts, per coupling output.
     pub reserve: Vec<f64>,
+    /// How it takes part in changing constraints; `None` where it is in none.
+    pub exposed: Option<Exposed>,
     pub places: SubsystemPlaces,
 }
 
@@ -217,6 +222,41 @@ pub struct CouplingConstraint {
     pub place: Place,
 }
 
+/// Constraint (3) whose row is redrawn while running: a row over all outputs of its members.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ChangingConstraint {
+    pub name: String,
+    /// Indices of its subsystems, at least one, ascending: the order in which all of them sum.
+    pub members: Vec<usize>,
+    pub place: Place,
+}
+
+/// What changing constraints ask of a member. Every output is one of its coupling outputs up to scale, so that Z_i bounds
+/// every row over the outputs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Exposed {
+    /// Per output: y = factor z.
+    pub outputs: Vec<ExposedOutput>,
+    /// The smallest margin that a changing constraint states: what (26) may take at most of a row that reads one output with
+    /// coefficient 1.
+    pub margin: Option<Margin>,
+}
+
+/// An output among the coupling outputs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExposedOutput {
+    /// Index of the coupling output.
+    pub z: usize,
+    pub factor: f64,
+}
+
+/// In the unit of the outputs, positive.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Margin {
+    pub value: f64,
+    pub place: Place,
+}
+
 /// Where the network-wide values stand in the file.
 #[derive(Debug, Clone, Default)]
 pub struct NetworkPlaces {
@@ -257,9 +297,10 @@ impl Network {
     pub fn new(spec: &Spec, source: Source) -> Result<Self, Diagnostics> {
         let form = Form::of(spec)?;
         let (settings, roster) = names(spec)?;
-        let (models, constraints) = matrices(form, spec, &roster)?;
-        let subsystems = subsystems(spec, &roster, &models, settings.reference.gamma)?;
+        let (models, constraints, changing) = matrices(form, spec, &roster)?;
+        let subsystems = subsystems(spec, &roster, &models, &changing, settings.reference.gamma)?;
         let start = Start::of_file(spec, &subsystems)?;
+        changing.check_start(spec)?;
         Ok(Self {
             name: spec.name.value.clone(),
             sample_time: settings.sample_time,
@@ -270,7 +311,8 @@ impl Network {
             effort: settings.effort,
             subsystems,
             coupling_constraints: constraints,
-            start_anywhere: spec.start_anywhere.unwrap_or(start.is_some()),
+            changing_constraints: changing.constraints,
+            start_anywhere: spec.start_anywhere.as_ref().map_or(start.is_some(), |anywhere| anywhere.value),
             start,
             source,
             places: NetworkPlaces::of(spec),
@@ -283,6 +325,11 @@ impl Network {
     pub fn is_disturbed(&self) -> bool {
         self.subsystems.iter().any(Subsystem::is_disturbed)
     }
+
+    /// Whether a changing constraint states a margin.
+    pub fn has_margins(&self) -> bool {
+        self.subsystems.iter().any(|s| s.margin().is_some())
+    }
 }
 
 fn names(spec: &Spec) -> Result<(settings::Settings, Roster), Diagnostics> {
@@ -293,20 +340,33 @@ fn names(spec: &Spec) -> Result<(settings::Settings, Roster), Diagnostics> {
 }
 
 /// Every model in interaction form, the outputs of coupling constraints among the coupling outputs.
-fn matrices(form: Form, spec: &Spec, roster: &Roster) -> Result<(Vec<Model>, Vec<CouplingConstraint>), Diagnostics> {
+fn matrices(
+    form: Form,
+    spec: &Spec,
+    roster: &Roster,
+) -> Result<(Vec<Model>, Vec<CouplingConstraint>, Changing), Diagnostics> {
     let mut errors = Diagnostics::default();
     let models = model::models(form, spec, roster, &mut errors);
     let constraints = constraints::constraints(spec, roster, &mut errors);
-    let (mut models, constraints) = errors.finish(models.zip(constraints))?;
-    constraints::export_outputs(&mut models, &constraints);
+    let changing = Changing::new(spec, roster, &mut errors);
+    let ((mut models, constraints), changing) = errors.finish(models.zip(constraints).zip(changing))?;
+    let fixed = constraints.iter().flat_map(constraints::Constraint::rows);
+    constraints::export_outputs(&mut models, fixed.chain(changing.rows(roster)));
     let constraints = constraints.into_iter().map(|constraint| constraints::resolve(constraint, &models)).collect();
-    Ok((models, constraints))
+    Ok((models, constraints, changing))
 }
 
-fn subsystems(spec: &Spec, roster: &Roster, models: &[Model], gamma: f64) -> Result<Vec<Subsystem>, Diagnostics> {
+fn subsystems(
+    spec: &Spec,
+    roster: &Roster,
+    models: &[Model],
+    changing: &Changing,
+    gamma: f64,
+) -> Result<Vec<Subsystem>, Diagnostics> {
     let mut errors = Diagnostics::default();
+    let exposed = |i: usize| changing.exposed(i, &models[i]);
     let indices = 0..models.len();
-    let all: Vec<_> = indices.map(|i| subsystem(i, spec, roster, &models[i], gamma, &mut errors)).collect();
+    let all: Vec<_> = indices.map(|i| subsystem(i, spec, roster, &models[i], exposed(i), gamma, &mut errors)).collect();
     errors.finish(all.into_iter().collect())
 }
 
@@ -315,6 +375,7 @@ fn subsystem(
     spec: &Spec,
     roster: &Roster,
     model: &Model,
+    exposed: Option<Exposed>,
     gamma: f64,
     errors: &mut Diagnostics,
 ) -> Option<Subsystem> {
@@ -356,6 +417,7 @@ fn subsystem(
         cover: cover?,
         reserve: reserve?,
         y_weights: y_weights?,
+        exposed,
         places: SubsystemPlaces::of(given, spec, roster),
     })
 }
@@ -432,6 +494,10 @@ impl Subsystem {
     /// Whether anything acts on it, or on what is measured of it, besides inputs and neighbours.
     pub fn is_disturbed(&self) -> bool {
         self.w.is_some() || self.measurement_error.amax() > 0.0 || !self.loads.is_empty()
+    }
+    /// What changing constraints ask.
+    pub fn margin(&self) -> Option<&Margin> {
+        self.exposed.as_ref()?.margin.as_ref()
     }
     /// Number of coupling outputs.
     pub fn nz(&self) -> usize {

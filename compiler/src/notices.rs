@@ -10,6 +10,8 @@ use crate::summary::short;
 const LITTLE: f64 = 0.05;
 /// More steps than this from one end of Y_i to the other are conspicuous.
 const MANY_STEPS: f64 = 5000.0;
+/// So many times epsilon charged for references that move is conspicuous. Less than once is not possible.
+const MANY_EPSILON: f64 = 3.0;
 
 /// One sentence each: what is asked for in vain first, then in the order of the file.
 pub fn notices(design: &Design) -> Vec<String> {
@@ -25,7 +27,22 @@ pub fn notices(design: &Design) -> Vec<String> {
             short(c.l)
         )
     });
-    in_vain(design).into_iter().chain(outputs).chain(constraints).collect()
+    let exposed = (0..design.network.subsystems.len()).flat_map(|i| charges(design, i));
+    in_vain(design).into_iter().chain(outputs).chain(constraints).chain(exposed).collect()
+}
+
+/// Outputs in changing constraints that are charged many times what references move.
+fn charges(design: &Design, i: usize) -> impl Iterator<Item = String> {
+    let (s, epsilon) = (&design.network.subsystems[i], design.sizing.epsilon);
+    let shares = s.outputs.iter().zip(&design.sets.subsystems[i].outputs.axes);
+    shares.filter(move |(_, share)| share.taken(epsilon) > MANY_EPSILON * epsilon).map(move |(output, share)| {
+        format!(
+            "a changing row is charged {} times epsilon for moving references of {} of `{}`; reference gains whose outputs stay closer to yref (see `reference-weights`, effort) charge less",
+            short(share.taken(epsilon) / epsilon),
+            output.name,
+            s.name
+        )
+    })
 }
 
 /// What says how to choose gains, where the file leaves none to be chosen.

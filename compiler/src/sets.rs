@@ -4,6 +4,7 @@
 
 pub mod exogenous;
 pub mod loads;
+pub mod outputs;
 mod references;
 
 use std::collections::BTreeMap;
@@ -24,6 +25,7 @@ use crate::optim::rounding::{sum_upper, up_to_digits};
 use crate::optim::sparse::Sparse;
 use crate::sharing::{Key, shared, spread};
 pub use exogenous::{Exogenous, least_offsets, noise_support, noise_through_gain};
+pub use outputs::{OutputShare, OutputShares};
 pub use references::ReferenceShare;
 use references::References;
 
@@ -63,6 +65,8 @@ pub struct SubsystemSets {
     /// The rows of X_i and of U_i, as seen by the references.
     pub x_rows: Vec<ReferenceShare>,
     pub u_rows: Vec<ReferenceShare>,
+    /// Rows over the outputs, as changing constraints need them.
+    pub outputs: OutputShares,
 }
 
 /// How support values of Delta^chi in the rows of X_i and U_i are summed.
@@ -125,6 +129,9 @@ pub const CAP_MARGIN: f64 = 1e-6;
 /// positively invariant set", Section V) and covers the rounding of the on-line step.
 pub const FLOOR: f64 = 1e-8;
 
+/// A start may drift by this share of the floor at most.
+pub const MOST_DRIFT: f64 = 0.1;
+
 impl Sets {
     /// # Errors
     /// E0301 the small-gain radius is not below 1 (Assumption 4); E0302 no invariant set was found on any normals
@@ -152,11 +159,12 @@ impl Sets {
         if sums == Sums::Proved {
             references::check_charges(network, gains, &shares)?;
         }
-        let parts = shapes.into_iter().zip(terminals).zip(scales).zip(shares).enumerate();
-        let part = |(i, (((tube, terminal), scales), (x_rows, u_rows)))| {
+        let outputs = references.outputs(network, sums);
+        let parts = shapes.into_iter().zip(terminals).zip(scales).zip(shares).zip(outputs).enumerate();
+        let part = |(i, ((((tube, terminal), scales), (x_rows, u_rows)), outputs))| {
             let (s, g): (&Subsystem, _) = (&network.subsystems[i], &gains.subsystems[i]);
             let exogenous = Exogenous::new(s, g, network.horizon);
-            SubsystemSets { tube, terminal, floor: floor(s), exogenous, scales, x_rows, u_rows }
+            SubsystemSets { tube, terminal, floor: floor(s), exogenous, scales, x_rows, u_rows, outputs }
         };
         let subsystems = parts.map(part).collect();
         let coupling = references.coupling(network);
@@ -176,8 +184,9 @@ impl Sets {
         sets.coupling = references.coupling(network);
         sets.coupling_loads = references.coupling_loads(network);
         let shares = references.shares(network, gains, sums);
-        for (subsystem, (x_rows, u_rows)) in sets.subsystems.iter_mut().zip(shares) {
-            (subsystem.x_rows, subsystem.u_rows) = (x_rows, u_rows);
+        let outputs = references.outputs(network, sums);
+        for ((subsystem, (x_rows, u_rows)), outputs) in sets.subsystems.iter_mut().zip(shares).zip(outputs) {
+            (subsystem.x_rows, subsystem.u_rows, subsystem.outputs) = (x_rows, u_rows, outputs);
         }
         Ok(sets)
     }

@@ -5,6 +5,17 @@
 //! weighted sum of logarithms over them, new multipliers are taken at its solution, and so on: each round can only
 //! improve. `settle` rounds the result to short decimals on the safe side, and `verify` checks every inclusion
 //! once more with upper bounds that include rounding.
+//!
+//! # Changing constraints
+//! The limit of a row that is drawn later is not known here, so nothing in the program would keep what (26) takes of it small.
+//! (26') does, for every output a of a member, y_a = c z_k, with the support h_a of [C_i 0] Delta_i^chi per unit of epsilon:
+//!
+//! ```text
+//! epsilon h_a + loads + |c| zeta_k <= margin                                          where the file states one,
+//! Delta_k^z <= the reserve that is asked for, or else epsilon h_a / (10 |c|)          where it does not.
+//! ```
+//!
+//! In the second case a tenth of what moving references take is the price of upsets that the plan absorbs by itself.
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
 mod appraise;
@@ -16,7 +27,7 @@ mod verify;
 use lapack_symbols::singular_values;
 use nalgebra::{DMatrix, DVector};
 
-use crate::convex::{Box, Invariant, Multiplier, Polytope, Strips, multipliers, rpi_at_least};
+use crate::convex::{Box, Invariant, Multiplier, Polytope, Strips, Zonotope, multipliers, rpi_at_least};
 use crate::diagnostic::{Diagnostics, code};
 use crate::gains::{Gains, Proof};
 use crate::network::Network;
@@ -27,8 +38,9 @@ use program::{Asks, Goal, Program};
 
 pub use appraise::{Aim, Merit, Stage};
 
-/// After this point: (21), (22), (25a), (25b), (26), and (35a') where measurements err, hold with the recorded slack, which
-/// is never negative, and no set is empty.
+/// After this point: (21), (22), (25a), (25b), (26), (26') where margins are stated, and (35a') where measurements err, hold
+/// with the recorded slack, which is never negative; no set is empty; and what changing constraints are charged is
+/// what (26) takes of any row, or more.
 #[derive(Debug)]
 pub struct Sizing {
     /// Radius of the ball in (6).
@@ -65,6 +77,9 @@ pub struct SubsystemSizing {
     pub u_ref: DVector<f64>,
     /// Largest |x+ - x| of a state that references may start from: what the margins left over absorb.
     pub drift: DVector<f64>,
+    /// What (26) takes of any row over the outputs, by tubes and moving references: half-lengths of segments whose sum holds it.
+    /// None where the subsystem is in no changing constraint.
+    pub exposed: Zonotope,
     /// How far each state may be off its reference at the terminal step, alone: the half-axes of Sigma_i.
     pub upset: DVector<f64>,
 }
@@ -134,7 +149,7 @@ impl Failure {
 
 impl Sizing {
     /// # Errors
-    /// E0406 disturbances and measurement errors, E0401 epsilon leave no room for any set-point, E0402 the wanted reserve,
+    /// E0406 disturbances and measurement errors, E0401 epsilon leave no room for any set-point, E0407 a wanted margin, E0402 the wanted reserve,
     /// E0403 the set-points to cover are out of reach (each with the largest value that is not), E0404 the program could not be solved, E0405 an
     /// inclusion does not survive rounding.
     pub fn new(network: &Network, gains: &Gains, sets: &Sets) -> Result<Self, Diagnostics> {

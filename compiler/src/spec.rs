@@ -26,11 +26,12 @@ pub struct Spec {
     pub reference: Reference,
     pub sizing: Sizing,
     pub gains: Option<At<GainChoice>>,
-    pub start_anywhere: Option<bool>,
+    pub start_anywhere: Option<At<bool>>,
     pub collective: Option<Collective>,
     /// In the order of the file.
     pub subsystems: Vec<Subsystem>,
     pub coupling_constraints: Vec<CouplingConstraint>,
+    pub changing_constraints: Vec<ChangingConstraint>,
 }
 
 /// A value and the bytes it was read from.
@@ -189,6 +190,17 @@ pub struct CouplingConstraint {
     pub name: Option<At<String>>,
     pub H: Vec<OutputRow>,
     pub max: At<f64>,
+}
+
+/// `[[changing-constraint]]`: constraint (3) whose row is redrawn while running.
+#[derive(Debug, Clone)]
+pub struct ChangingConstraint {
+    pub place: Place,
+    pub name: Option<At<String>>,
+    /// Names of subsystems.
+    pub between: At<Vec<At<String>>>,
+    /// Largest half-width, in every output of every member, of what (26) takes.
+    pub margin: Option<At<f64>>,
 }
 
 /// `H_h^[j]` of (3).

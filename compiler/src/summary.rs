@@ -170,6 +170,7 @@ impl Summary<'_> {
         let (epsilon, sample_time) = (self.design.sizing.epsilon, self.design.network.sample_time);
         lines.extend(output_ranges(model, sizes, epsilon, sample_time));
         lines.extend(reserves(model, sizes));
+        lines.extend(charges(model, sizes, &self.design.sets.subsystems[i], epsilon));
         lines.extend(disturbances(model));
         lines.extend(tube_share(model, sizes));
         lines.extend(load_share(model, &self.design.sets.subsystems[i]));
@@ -186,7 +187,19 @@ impl Summary<'_> {
         let rows = network.coupling_constraints.iter().zip(&sizing.l_tilde);
         let rows =
             rows.map(|(row, &l_tilde)| item(&row.name, &format!("{}, references {}", short(row.l), short(l_tilde))));
-        titled("Coupling constraints: limit, and what is left of it for the references", rows.collect())
+        let fixed = titled("Coupling constraints: limit, and what is left of it for the references", rows.collect());
+        fixed.into_iter().chain(self.changing()).collect()
+    }
+
+    fn changing(&self) -> Vec<String> {
+        let Network { changing_constraints, subsystems, .. } = &self.design.network;
+        let rows = changing_constraints.iter().map(|row| {
+            let members: Vec<&str> = row.members.iter().map(|&j| &*subsystems[j].name).collect();
+            format!("  {}: between {}", row.name, members.join(", "))
+        });
+        let more = changing_constraints.len().checked_sub(MOST_SHOWN).filter(|more| *more > 0);
+        let more = more.map(|more| format!("  and {more} more"));
+        titled("Constraints whose rows change while running", rows.take(MOST_SHOWN).chain(more).collect())
     }
 
     fn slacks(&self) -> Vec<String> {
@@ -250,6 +263,26 @@ fn reserves(model: &Subsystem, sizes: &SubsystemSizing) -> Vec<String> {
     widths
         .map(|(name, (dz, zeta))| item("reserve", &format!("{} of {} in z = {name}", short(*dz), short(*zeta))))
         .collect()
+}
+
+/// What (26) takes of rows that read one output, where rows are drawn later.
+fn charges(model: &Subsystem, sizes: &SubsystemSizing, sets: &SubsystemSets, epsilon: f64) -> Vec<String> {
+    let Some(exposed) = &model.exposed else { return Vec::new() };
+    let taken = sizes.exposed.half_widths(model.p());
+    let charge = |k: usize| {
+        let (output, share) = (&model.outputs[k], &sets.outputs.axes[k]);
+        let unit = output.unit_suffix();
+        let most = exposed.margin.as_ref().map_or(String::new(), |margin| format!(" of {}", short(margin.value)));
+        let moving = share.taken(epsilon);
+        format!(
+            "{}{most}{unit} of {}; references alone {} = {} eps",
+            short(taken[k]),
+            output.name,
+            short(moving),
+            short(moving / epsilon)
+        )
+    };
+    (0..model.p()).map(|k| item("margin", &charge(k))).collect()
 }
 
 /// How many of the inequalities the controller has to look at.

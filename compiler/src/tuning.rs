@@ -2,7 +2,8 @@
 //!
 //! What is better is decided in this order: stable loops; a small-gain radius with a margin; sets; the wishes of the file,
 //! one after the other; and then what the user asked for: where epsilon is free and set-points are to be covered, the
-//! largest epsilon with that cover at the reserve of the plain design; else the objective of [`crate::sizing`].
+//! largest epsilon with that cover at the reserve of the plain design; else the objective of [`crate::sizing`]. Where outputs are
+//! in changing constraints without a margin, what is charged for them counts against either.
 //!
 //! Three moves: the K_i by themselves for the small gain, whose rows are local functions of them; the Riccati weights
 //! of all subsystems, three common factors; the entries of K_i and calK_i, block after block. Everything is a simplex
@@ -176,9 +177,11 @@ fn is_repairable(network: &Network, code: &str) -> bool {
         code::COLLECTIVE_LOOP => open(Layer::Local) && !is_wrongly_paired(network),
         code::ASSUMPTION_3 => open(Layer::Reference) && !is_wrongly_paired(network),
         code::SMALL_GAIN => open(Layer::Local),
-        code::EPSILON | code::RESERVE_TOO_LARGE | code::COVER_TOO_LARGE | code::DISTURBANCE_TOO_LARGE => {
-            open(Layer::Local) || open(Layer::Reference)
-        }
+        code::EPSILON
+        | code::RESERVE_TOO_LARGE
+        | code::COVER_TOO_LARGE
+        | code::DISTURBANCE_TOO_LARGE
+        | code::MARGIN_TOO_SMALL => open(Layer::Local) || open(Layer::Reference),
         _ => false,
     }
 }

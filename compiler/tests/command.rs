@@ -172,6 +172,30 @@ fn a_start_written_as_in_the_file_of_the_network_says_how_to_write_it() {
     assert!(said.contains("help: write [left]: the start file has one table per subsystem"), "{said}");
 }
 
+const ROBOTS: &str = include_str!("../../examples/robots/system.toml");
+
+#[test]
+fn constraints_that_change_while_running_are_summarised_and_have_no_start_up_plan() {
+    let folder = Folder::new("changing");
+    fs::write(folder.0.join("system.toml"), ROBOTS).unwrap();
+    fs::write(folder.0.join("start.toml"), "[robot_1]\nx0 = [1.0, 0.0, 0.0, 0.0]\n").unwrap();
+    let output = folder.run(&["system.toml", "--out", "out"]);
+    let summary = stdout(&output);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(summary.lines().all(|line| line.chars().count() <= 100), "{summary}");
+    for words in [" of 8.5 cm of px; references alone 7.5 = 1.5 eps", "between robot_1, robot_2", "(26')"] {
+        assert!(summary.contains(words), "no {words} in {summary}");
+    }
+    let output = folder.run(&["system.toml", "--start", "start.toml", "--out", "none"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        stderr(&output).contains("error[E0131]") && stderr(&output).contains("system.toml:"),
+        "{}",
+        stderr(&output)
+    );
+    assert!(!folder.0.join("none").exists());
+}
+
 #[test]
 fn a_wrong_call_is_a_usage_error() {
     let folder = Folder::new("usage");

@@ -166,6 +166,8 @@ pub static TABLES: Parts = Tables {
     },
     // (28): H_h^[i], then H_h^[j] over nothing; l~_h of (26); members
     coupling: [],
+    // (3) with rows that are redrawn while running: who is in it
+    changing: [],
     // Reference outputs (29)-(31).
     reference: Clamp {
         // t / (t + gamma) of (29)

@@ -1,11 +1,12 @@
 //! One subsystem's controller: the step, and the order of things in it.
 
-use crate::linear::{add, clip, dot, finite, subtract, times};
+use crate::changing::{ACCEPTANCE, HalfSpace, Held, InForce, Meeting, NotRedrawn};
+use crate::linear::{add, clip, dot, finite, largest, subtract, times};
 use crate::load::Load;
 use crate::message::{Delivery, Inbox, Message};
 use crate::plan::{Passage, StartPlan};
 use crate::problem::Plan;
-use crate::reference::ReferenceLayer;
+use crate::reference::{ReferenceLayer, Share};
 use crate::solver::{Outcome, Solver, WorkingSet};
 use crate::start::{StartError, SteadyState};
 use crate::status::{Control, References, Status};
@@ -14,6 +15,12 @@ use crate::trajectory::Trajectory;
 
 /// A coupling constraint counts as exceeded above this, relative to the numbers in it.
 const EXCEEDED: f64 = 1e-9;
+
+/// Of a sum of numbers of that size, generously.
+const ROUNDING: f64 = 1e-12;
+
+/// Who moves by less than this, relative to epsilon, stands still; who could move by ten times more if it were alone is held up.
+const STANDSTILL: f64 = 1e-3;
 
 /// The shifted candidate counts as feasible up to this, as [`Instance::admits`](crate::problem::Instance::admits) takes
 /// it: it carries the rounding errors of all steps since the last solution.
@@ -40,8 +47,9 @@ pub struct Controller<
     const NT: usize,
     const NS: usize,
     const NQ: usize,
+    const NH: usize = 0,
 > {
-    tables: &'a Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>,
+    tables: &'a Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ, NH>,
     step: i64,
     trajectory: Trajectory<NX, NU, NY, N>,
     /// What the references follow at first.
@@ -64,6 +72,10 @@ pub struct Controller<
     loaded: bool,
     /// What the last message said about start-up plans.
     announced: u32,
+    /// The rows of the changing coupling constraints.
+    changing: [Held<NY, NJ>; NH],
+    /// The imported outputs of the step before.
+    y_before: [f64; NJ],
     max_iterations: usize,
     degraded: bool,
 }
@@ -146,7 +158,7 @@ pub struct Telemetry<const NX: usize, const NU: usize, const NY: usize> {
 
 impl<
     'a,
-    R: ReferenceLayer<NY, NC>,
+    R: ReferenceLayer<NY, NC, NH>,
     const NX: usize,
     const NU: usize,
     const NY: usize,
@@ -161,7 +173,8 @@ impl<
     const NT: usize,
     const NS: usize,
     const NQ: usize,
-> Controller<'a, R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>
+    const NH: usize,
+> Controller<'a, R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ, NH>
 {
     /// A controller whose references stay at `steady`, and its message to all neighbours, which they need at step 0.
     ///
@@ -171,7 +184,7 @@ impl<
     /// `steady` is not finite, its output is outside Y_i, its input outside U_i, or no reference has that input. Whether
     /// it is steady together with the neighbours is seen at step 0, from their messages: see [`References::NotSteady`].
     pub fn start(
-        tables: &'a Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>,
+        tables: &'a Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ, NH>,
         steady: &SteadyState<NX, NU>,
     ) -> Result<(Self, Message<NY, NZ>), StartError> {
         let model = &tables.model;
@@ -189,15 +202,19 @@ impl<
     /// which they need at step 0. `noise` is that of [`Self::with_measurement_error`], `None` where states are measured exactly.
     ///
     /// # Errors
-    /// The plan is not finite, too short, made for other tables, or comes to rest where no controller can; or `x` does not fit
+    /// The plan is not finite, too short, made for other tables, or comes to rest where no controller can; or there are changing
+    /// coupling constraints, whose rows no plan knows; or `x` does not fit
     /// it, that is, the first i-DPC problem has no solution.
     pub fn start_planned(
-        tables: &'a Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>,
+        tables: &'a Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ, NH>,
         plan: &'a StartPlan<'a, NX, NU, NY, N>,
         noise: Option<&'a [f64; NT]>,
         x: &[f64; NX],
     ) -> Result<(Self, Message<NY, NZ>), StartError> {
         plan.check()?;
+        if NH > 0 {
+            return Err(StartError::ChangingConstraints);
+        }
         if plan.design != tables.fingerprint() {
             return Err(StartError::OtherDesign);
         }
@@ -219,7 +236,7 @@ impl<
     }
 
     fn new(
-        tables: &'a Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>,
+        tables: &'a Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ, NH>,
         trajectory: Trajectory<NX, NU, NY, N>,
     ) -> Self {
         const {
@@ -241,6 +258,8 @@ impl<
             push: [0.0; NX],
             loaded: false,
             announced: 0,
+            changing: [Held::UNDRAWN; NH],
+            y_before: [0.0; NJ],
             max_iterations: tables.problem.max_iterations,
             degraded: false,
         }
@@ -248,7 +267,7 @@ impl<
 
     /// Whether references may rest at the output `y` with the input of `steady`.
     fn can_rest(
-        tables: &Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>,
+        tables: &Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ, NH>,
         steady: &SteadyState<NX, NU>,
         y: &[f64; NY],
     ) -> Result<(), StartError> {
@@ -335,6 +354,30 @@ impl<
         Input { input, control, telemetry }
     }
 
+    /// Redraws the row of a changing coupling constraint (`row` counts from 0, in the order of [`Tables::changing`]) for this
+    /// step, from what all its members know. To be called at every step between the arrival of the messages and
+    /// [`Self::references`], by all members with the same `rule`, which must use nothing but what the [`Meeting`] and the design
+    /// say; a rule that gives `None` keeps the row. See [`HalfSpace`] and the crate's documentation.
+    ///
+    /// # Errors
+    /// The row did not qualify, and the one before stays in force; or a message is missing, and yref will stay.
+    pub fn redraw(
+        &mut self,
+        row: usize,
+        inbox: &Inbox<NI, NJ, NB>,
+        rule: impl FnOnce(&Meeting<'_, NY, NJ>) -> Option<HalfSpace<NY, NJ>>,
+    ) -> Result<(), NotRedrawn> {
+        let (constraint, held) =
+            self.tables.changing.iter().zip(&mut self.changing).nth(row).ok_or(NotRedrawn::NoSuchRow)?;
+        let mut slots = constraint.members.iter().filter_map(|member| member.import).map(|import| import.slot);
+        if let Some(slot) = slots.find(|slot| !inbox.holds(*slot, self.step.wrapping_sub(1))) {
+            return Err(NotRedrawn::NotHeard { slot });
+        }
+        let own = self.trajectory.newest().y;
+        let meeting = Meeting::new(constraint, &own, inbox.outputs());
+        held.redraw(self.step, &meeting, rule(&meeting))
+    }
+
     /// The references at t + N from the neighbours' at t + N - 1; ends the period.
     pub fn references(&mut self, set_point: &[f64; NY], inbox: &mut Inbox<NI, NJ, NB>) -> Outlook<NY, NZ, NB> {
         // Where there are loads that nobody has asked for, they are taken to have stayed, and the references have lost their rate.
@@ -365,25 +408,29 @@ impl<
         let heard = imports.deliveries.iter().all(|delivery| *delivery == Delivery::InSequence);
         let together = imports.plans.iter().fold(true, |together, plan| together & (*plan == self.announced));
         let passage = self.passage();
+        // What the neighbours do to the states is known: there is nothing, or all of it was heard.
+        let pushed = heard || NI == 0;
         self.announced = passage.and(self.plan).map_or(0, |plan| plan.plan);
         let references = match passage {
             Some(passage) => {
-                let fits = !heard || (together && self.follows(&passage, &imports.z));
+                let fits = (!heard || together) && (!pushed || self.follows(&passage, &imports.z));
                 self.trajectory.replay(&self.tables.model, &passage, &imports.z, &push);
                 if fits { References::Planned } else { References::OffPlan }
             }
             None => {
                 let (y, references) = self.next_output(set_point, &imports.y, heard);
-                let references = if heard && self.departs(&imports.z) { References::NotSteady } else { references };
+                let references = if pushed && self.departs(&imports.z) { References::NotSteady } else { references };
                 self.trajectory.advance(&self.tables.model, y, &imports.z, &push);
                 if heard && !together { References::OffPlan } else { references }
             }
         };
-        self.degraded |= !heard || !references.are_admissible();
+        self.y_before = imports.y;
+        // Where nothing but coupling constraints joins it to others, who waits loses nothing; but a plan does not wait.
+        self.degraded |= (!heard && (NI > 0 || passage.is_some())) || references.lose_the_guarantee();
         self.push = push;
         let certified = match self.knowledge {
             Knowledge::None => false,
-            Knowledge::ByForecast => imports.all_certified(),
+            Knowledge::ByForecast => NI == 0 || imports.all_certified(),
             Knowledge::ByMeasurement => true,
         };
         self.shift();
@@ -489,22 +536,70 @@ impl<
     }
 
     /// yref_{t+N} by the reference-output layer.
-    fn next_output(&self, set_point: &[f64; NY], y_others: &[f64; NJ], heard: bool) -> ([f64; NY], References) {
+    fn next_output(&mut self, set_point: &[f64; NY], y_others: &[f64; NJ], heard: bool) -> ([f64; NY], References) {
         let previous = self.trajectory.newest().y;
-        if NC > 0 && !heard {
+        let step = self.step;
+        let changing = self.changing.each_mut().map(|held| held.at(step));
+        if let Some(row) = changing.iter().position(|row| *row == InForce::Undrawn) {
+            return (previous, References::Undrawn { row: NC + row });
+        }
+        let unsure = changing.contains(&InForce::Unsure);
+        if unsure || (NC > 0 && !heard) {
             return (previous, References::Waiting);
         }
-        let limits = self.tables.coupling.each_ref().map(|row| row.share(&previous, y_others));
-        let exceeded = self.tables.coupling.iter().position(|row| row.exceeded(&previous, y_others));
         let wanted = finite(set_point);
-        let next = if wanted { self.tables.reference.next(&previous, set_point, &limits) } else { None };
-        let references = match (exceeded, next) {
+        let limits = self.tables.coupling.each_ref().map(|row| row.share(&previous, y_others));
+        let shares = changing.each_ref().map(|row| row.share(&previous, y_others));
+        let next = if wanted { self.tables.reference.next(&previous, set_point, &limits, &shares) } else { None };
+        let references = match (self.exceeded(&changing, &previous, y_others), next) {
             (Some(row), _) => References::CouplingExceeded { row },
-            (None, Some(_)) => References::Nearest,
+            (None, Some(next)) => self.progress(set_point, y_others, &next, &limits, &shares),
             (None, None) if wanted => References::Kept,
             (None, None) => References::SetPointNotFinite,
         };
         (next.unwrap_or(previous), references)
+    }
+
+    /// The first coupling constraint, then the first changing one, that the references exceed.
+    fn exceeded(&self, changing: &[InForce<NY, NJ>; NH], own: &[f64; NY], others: &[f64; NJ]) -> Option<usize> {
+        let changing = changing.iter().map(|row| row.exceeded(own, others));
+        self.tables.coupling.iter().map(|row| row.exceeded(own, others)).chain(changing).position(|exceeded| exceeded)
+    }
+
+    /// Whether a step to `next` is held up by coupling constraints, and whether anyone in them still moves.
+    fn progress(
+        &self,
+        set_point: &[f64; NY],
+        y_others: &[f64; NJ],
+        next: &[f64; NY],
+        limits: &[f64; NC],
+        shares: &[Share<NY>; NH],
+    ) -> References {
+        let previous = self.trajectory.newest().y;
+        let still = STANDSTILL * self.tables.reference.epsilon();
+        if NC + NH == 0 || largest(&subtract(next, &previous)) > still {
+            return References::Nearest;
+        }
+        let free = self.tables.reference.next(&previous, set_point, &[f64::INFINITY; NC], &[Share::NONE; NH]);
+        let way = free.map_or([0.0; NY], |free| subtract(&free, &previous));
+        if largest(&way) <= 10.0 * still {
+            return References::Nearest;
+        }
+        let row = self.obstacle(&previous, &way, limits, shares);
+        let others_stand = self.step > 0 && largest(&subtract(y_others, &self.y_before)) <= still;
+        if others_stand { References::Deadlock { row } } else { References::Blocked { row } }
+    }
+
+    /// The coupling row, then changing row, that ends a step along `way` first.
+    fn obstacle(&self, from: &[f64; NY], way: &[f64; NY], limits: &[f64; NC], shares: &[Share<NY>; NH]) -> usize {
+        let fixed = self.tables.coupling.iter().zip(limits).map(|(row, limit)| (row.own, *limit));
+        let rows = fixed.chain(shares.iter().map(|share| (share.own, share.limit)));
+        let reach = |(own, limit): ([f64; NY], f64)| {
+            let advance = dot(&own, way);
+            if advance > 0.0 { (limit - dot(&own, from)) / advance } else { f64::INFINITY }
+        };
+        let nearest = rows.map(reach).enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b));
+        nearest.map_or(0, |(row, _)| row)
     }
 
     /// Whether this is the first step and the start does not stay where it is under the neighbours' starts: then chi_0 is not
@@ -548,5 +643,24 @@ impl<const NY: usize, const NJ: usize> CouplingRow<NY, NJ> {
     fn exceeded(&self, own: &[f64; NY], others: &[f64; NJ]) -> bool {
         let (own, foreign) = (dot(&self.own, own), dot(&self.others, others));
         own + foreign - self.l_tilde > EXCEEDED * (own.abs() + foreign.abs() + self.l_tilde.abs())
+    }
+}
+
+impl<const NY: usize, const NJ: usize> InForce<NY, NJ> {
+    /// (28); nothing where there is no row, which is not asked for then.
+    fn share(&self, own: &[f64; NY], others: &[f64; NJ]) -> Share<NY> {
+        match self {
+            Self::Row { row, .. } => Share { own: row.own, limit: row.share(own, others) },
+            Self::Undrawn | Self::Unsure => Share::NONE,
+        }
+    }
+
+    /// Whether k_h is above the tightened limit by more than acceptance and rounding allow, and less than the margin has in
+    /// reserve.
+    fn exceeded(&self, own: &[f64; NY], others: &[f64; NJ]) -> bool {
+        let Self::Row { row, margin } = self else { return false };
+        let (own, foreign) = (dot(&row.own, own), dot(&row.others, others));
+        let rounding = 5.0 * ACCEPTANCE * margin + ROUNDING * (own.abs() + foreign.abs() + row.l_tilde.abs());
+        own + foreign - row.l_tilde > rounding
     }
 }

@@ -59,8 +59,10 @@
 //! | [`References::SetPointNotFinite`], [`References::Kept`] | nothing: yref stays | - | holds |
 //! | [`Status::certified`] false | with measurement errors: a neighbour's last step was not certified | as above | not in this step |
 //! | [`Status::load_within`] false | a load left its bounds or rates, or was not given | as above | not in this step |
-//! | [`Delivery`] other than [`Delivery::InSequence`] | a message | - (the last values are held) | lost |
-//! | [`References::Waiting`] | a message, with coupling constraints | - (yref stays) | lost |
+//! | [`Delivery`] other than [`Delivery::InSequence`] | a message | - (the last values are held) | lost where coupling outputs are imported, else holds |
+//! | [`References::Waiting`] | a message, with coupling constraints | - (yref stays) | as before |
+//! | [`References::Blocked`], [`References::Deadlock`] | nothing: a coupling constraint holds yref up | - | holds |
+//! | [`References::Undrawn`] | no row of a changing constraint was accepted yet: a message is missing, or the starts are too near | - (yref stays) | not until one is |
 //! | [`References::NotSteady`] | the starts of the neighbours do not fit together: for N - 1 steps the references do not follow (7a) | - | lost |
 //! | [`References::Planned`] | nothing: the start-up plan decides, and the set-point is not looked at yet | - | holds |
 //! | [`References::OffPlan`] | a neighbour was not started with its part of the same plan, or the loads are not those the plan was made for | - | lost |
@@ -80,6 +82,36 @@
 //! same steps, with the same consequences where one is missing (xref follows what was heard last, then the feedback around
 //! the plan brings it back, and the guarantee is lost). At t + N = T + 1 the reference-output layer takes over, from rest at
 //! yref_T = C xref_T.
+//!
+//! # Coupling constraints that change
+//! A coupling constraint (3) that the file declares as changing has no row of its own: its members redraw it at every step, for
+//! instance the half-plane between two robots. It needs one call per constraint, between the messages and the step:
+//!
+//! ```text
+//! for row in 0..CHANGING.len() {
+//!     let redrawn = controller.redraw(row, &inbox, |meeting| {
+//!         let pair = meeting.pair()?;                     // yref_{t+N-1} of both, in the order of the network
+//!         let normal = rule(&pair.first, &pair.second)?;  // the same in both members
+//!         Some(pair.apart(&normal, distance))             // normal . (y_first - y_second) >= distance
+//!     });
+//!     if let Err(why) = redrawn { report(why) }           // the row before stays in force
+//! }
+//! let step = controller.step(&measured, &set_point, &mut inbox);
+//! ```
+//!
+//! The margins of (26) are evaluated for whatever direction the row has ([`Meeting::margin`]), and the row is accepted only if
+//! k_{h,t+N-1} <= l~_h holds for it. So what Theorem 1 needs of k_h holds at every step, whichever row was in force before:
+//! recursive feasibility is kept by construction. The true outputs satisfy the row that is accepted at step t at *both* times
+//! t + N - 1 and t + N: by acceptance at the first, by (28) at the second. From 0 to N - 1 references rest, so the first row holds
+//! there too. Messages must carry yref unrounded, and a rule must compute the same on every node.
+//!
+//! A member that misses a message keeps yref ([`References::Waiting`]), and goes on to do so until a row is accepted at a step at
+//! which it has heard all members. Its row is then that of the others again: two members that move at the same step have both
+//! heard everyone since they last accepted a row, so that was the same one. Who stays where it is violates no row, and who moves
+//! has room for itself by (28): the references keep the row of those who move, whatever messages are missing. Where nothing but
+//! coupling constraints joins the subsystems, the outputs then keep it too, and that costs no guarantee; a member that falls
+//! silent for good makes the others in its constraints stay where they are. Where coupling outputs are imported, a missing
+//! message loses the guarantee as ever.
 //!
 //! # What is measured with an error
 //! Where the file states a measurement error, the emitted `start` calls [`Controller::with_measurement_error`], and x_t above is
@@ -128,12 +160,13 @@
 //! | Y_i | set of reference outputs | `y_min`, `y_max`; `set`, `set_limit` | (31) |
 //! | epsilon | rate of the reference output | `epsilon` | (30) |
 //! | T_i, gamma | weights of the reference-output layer | `weight`; `basis`, `weights`, `gamma` | (29) |
-//! | H_h, l~_h, n_h | coupling constraint | [`tables::CouplingRow`] `own`, `others`, `l_tilde`, `members` | (26)-(28) |
+//! | H_h, l~_h, n_h | coupling constraint | [`tables::CouplingRow`] `own`, `others`, `l_tilde`, `members`; [`HalfSpace`], [`Meeting`] | (26)-(28) |
 //! | N | horizon | `N` | (33) |
 //! | v, w | (dx_0, du_0, ..., du_{N-1}), and the same scaled by the Hessian's factor | [`problem::Plan`], [`solver::Solver::w`] | (33) |
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod changing;
 mod controller;
 mod factor;
 mod linear;
@@ -149,11 +182,12 @@ pub mod tables;
 mod trajectory;
 mod version;
 
+pub use changing::{HalfSpace, Meeting, NotRedrawn, Pair};
 pub use controller::{Controller, Input, Outlook, Step, Telemetry};
 pub use load::{Load, Loads};
 pub use message::{Delivery, Inbox, Message, Refused};
 pub use plan::{PlannedPoint, StartPlan};
-pub use reference::ReferenceLayer;
+pub use reference::{ReferenceLayer, Share};
 pub use start::{StartError, SteadyState};
 pub use status::{Control, References, Status};
 pub use tables::{Link, Tables};

@@ -113,6 +113,16 @@ impl<const NI: usize, const NJ: usize, const NB: usize> Inbox<NI, NJ, NB> {
         self.due.arrived(slot)
     }
 
+    /// Whether the message of step `step` from neighbour `slot` is the one at hand.
+    pub(crate) fn holds(&self, slot: usize, step: i64) -> bool {
+        self.expected == step && self.due.arrived(slot)
+    }
+
+    /// yref of the neighbours: what is at hand for the step that comes next.
+    pub(crate) fn outputs(&self) -> &[f64; NJ] {
+        &self.due.y
+    }
+
     /// The step whose messages are expected next.
     pub fn expected(&self) -> i64 {
         self.expected

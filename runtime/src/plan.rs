@@ -98,7 +98,8 @@ impl<
     const NT: usize,
     const NS: usize,
     const NQ: usize,
-> Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ>
+    const NH: usize,
+> Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ, NH>
 {
     /// A number that tables of another model, other gains or other sets do not have: what a [`StartPlan`] is recognised by.
     ///

@@ -21,20 +21,49 @@ const CHANGES_PER_ROW: usize = 10;
 const TRIMS: usize = 4;
 
 /// Chooses yref_{t+N}.
-pub trait ReferenceLayer<const NY: usize, const NC: usize> {
+///
+/// `NC` coupling rows are the same for ever; `NH` are redrawn while running.
+pub trait ReferenceLayer<const NY: usize, const NC: usize, const NH: usize> {
     /// The next reference output: nearest to the (finite) `set_point`, within the rate of (30) around `previous`, in
-    /// Y_i, and with own . y <= `coupling` for every coupling row (28).
+    /// Y_i, with own . y <= `coupling` for every coupling row (28), and within every one of `changing`.
     ///
     /// `previous` is feasible up to rounding, and a limit it violates counts as reached. So the result violates no limit
     /// by more than `previous` does, or rounding. `None` if there is no trustworthy answer: keep `previous`.
-    fn next(&self, previous: &[f64; NY], set_point: &[f64; NY], coupling: &[f64; NC]) -> Option<[f64; NY]>;
+    fn next(
+        &self,
+        previous: &[f64; NY],
+        set_point: &[f64; NY],
+        coupling: &[f64; NC],
+        changing: &[Share<NY>; NH],
+    ) -> Option<[f64; NY]>;
+
+    /// Epsilon of (30), in the output's unit.
+    fn epsilon(&self) -> f64;
 
     /// Whether `y` lies in Y_i, up to 1e-9 of each limit.
     fn contains(&self, y: &[f64; NY]) -> bool;
 }
 
-impl<const NY: usize, const NC: usize> ReferenceLayer<NY, NC> for Clamp<NY, NC> {
-    fn next(&self, previous: &[f64; NY], set_point: &[f64; NY], coupling: &[f64; NC]) -> Option<[f64; NY]> {
+/// What (28) leaves to one subsystem: own . y <= limit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Share<const NY: usize> {
+    pub own: [f64; NY],
+    pub limit: f64,
+}
+
+impl<const NY: usize> Share<NY> {
+    /// All of it.
+    pub const NONE: Self = Self { own: [0.0; NY], limit: 0.0 };
+}
+
+impl<const NY: usize, const NC: usize> ReferenceLayer<NY, NC, 0> for Clamp<NY, NC> {
+    fn next(
+        &self,
+        previous: &[f64; NY],
+        set_point: &[f64; NY],
+        coupling: &[f64; NC],
+        _: &[Share<NY>; 0],
+    ) -> Option<[f64; NY]> {
         let mut low = [0.0; NY];
         let mut high = [0.0; NY];
         for ((low, min), y) in low.iter_mut().zip(&self.y_min).zip(previous) {
@@ -60,6 +89,10 @@ impl<const NY: usize, const NC: usize> ReferenceLayer<NY, NC> for Clamp<NY, NC> 
         finite(&next).then_some(next)
     }
 
+    fn epsilon(&self) -> f64 {
+        self.epsilon
+    }
+
     fn contains(&self, y: &[f64; NY]) -> bool {
         y.iter()
             .zip(self.y_min.iter().zip(&self.y_max))
@@ -67,11 +100,17 @@ impl<const NY: usize, const NC: usize> ReferenceLayer<NY, NC> for Clamp<NY, NC> 
     }
 }
 
-impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> ReferenceLayer<NY, NC>
+impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize, const NH: usize> ReferenceLayer<NY, NC, NH>
     for Nearest<NY, NA, NB, NC>
 {
-    fn next(&self, previous: &[f64; NY], set_point: &[f64; NY], coupling: &[f64; NC]) -> Option<[f64; NY]> {
-        let room = self.room(previous, coupling);
+    fn next(
+        &self,
+        previous: &[f64; NY],
+        set_point: &[f64; NY],
+        coupling: &[f64; NC],
+        changing: &[Share<NY>; NH],
+    ) -> Option<[f64; NY]> {
+        let room = self.room(previous, coupling, changing);
         let wish = self.wish(previous, set_point);
         let mut step = self.nearest(&room, &wish, 0.0)?;
         let length = |step: &[f64; NY]| sqrt(dot(step, step));
@@ -82,6 +121,10 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Referen
         finite(&next).then_some(next)
     }
 
+    fn epsilon(&self) -> f64 {
+        self.epsilon
+    }
+
     fn contains(&self, y: &[f64; NY]) -> bool {
         self.set.iter().zip(&self.set_limit).all(|(row, limit)| dot(row, y) <= limit + INSIDE * limit.abs())
     }
@@ -89,17 +132,20 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Referen
 
 /// How far y may move from the previous y in the direction of each row: never negative, so that not moving is exactly
 /// feasible.
-struct Room<const NA: usize, const NB: usize, const NC: usize> {
+struct Room<const NY: usize, const NA: usize, const NB: usize, const NC: usize, const NH: usize> {
     set: [f64; NA],
     rate: [f64; NB],
     coupling: [f64; NC],
+    /// The limits are those of the step.
+    changing: [Share<NY>; NH],
 }
 
 /// The rows over w = D^1/2 (U' (y - previous) - centre), each normalised.
-struct Scaled<const NY: usize, const NA: usize, const NB: usize, const NC: usize> {
+struct Scaled<const NY: usize, const NA: usize, const NB: usize, const NC: usize, const NH: usize> {
     set: [Half<NY>; NA],
     rate: [Half<NY>; NB],
     coupling: [Half<NY>; NC],
+    changing: [Half<NY>; NH],
 }
 
 /// normal . w <= limit.
@@ -118,11 +164,17 @@ struct Objective<const NY: usize> {
 }
 
 impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Nearest<NY, NA, NB, NC> {
-    fn room(&self, previous: &[f64; NY], coupling: &[f64; NC]) -> Room<NA, NB, NC> {
+    fn room<const NH: usize>(
+        &self,
+        previous: &[f64; NY],
+        coupling: &[f64; NC],
+        changing: &[Share<NY>; NH],
+    ) -> Room<NY, NA, NB, NC, NH> {
         Room {
             set: room(&self.set, &self.set_limit, previous),
             rate: [self.epsilon.max(0.0); NB],
             coupling: room(&self.coupling, coupling, previous),
+            changing: changing.map(|Share { own, limit }| Share { own, limit: (limit - dot(&own, previous)).max(0.0) }),
         }
     }
 
@@ -139,15 +191,21 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Nearest
     }
 
     /// The step from the previous y that minimises (29) + `multiplier` |step|^2 in `room`.
-    fn nearest(&self, room: &Room<NA, NB, NC>, wish: &[f64; NY], multiplier: f64) -> Option<[f64; NY]> {
+    fn nearest<const NH: usize>(
+        &self,
+        room: &Room<NY, NA, NB, NC, NH>,
+        wish: &[f64; NY],
+        multiplier: f64,
+    ) -> Option<[f64; NY]> {
         let objective = self.objective(wish, multiplier);
         let rows = Scaled {
             set: self.scaled(&self.set, &room.set, &objective),
             rate: self.scaled(&self.rate, &room.rate, &objective),
             coupling: self.scaled(&self.coupling, &room.coupling, &objective),
+            changing: room.changing.each_ref().map(|share| self.half(&share.own, share.limit, &objective)),
         };
         let mut solver = Solver::NEW;
-        let budget = CHANGES_PER_ROW * (NY + NA + NB + NC);
+        let budget = CHANGES_PER_ROW * (NY + NA + NB + NC + NH);
         let Outcome::Optimal { .. } = solver.solve(&rows, &WorkingSet::EMPTY, budget) else { return None };
         let mut step = objective.centre;
         for ((entry, w), root) in step.iter_mut().zip(solver.w()).zip(&objective.root) {
@@ -198,7 +256,7 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Nearest
 
     /// The step on the Euclidean ball: the multiplier of the ball, between 0 and the bound that the optimality of the step
     /// gives, by bisection.
-    fn on_ball(&self, room: &Room<NA, NB, NC>, wish: &[f64; NY]) -> Option<[f64; NY]> {
+    fn on_ball<const NH: usize>(&self, room: &Room<NY, NA, NB, NC, NH>, wish: &[f64; NY]) -> Option<[f64; NY]> {
         let mut pull = *wish;
         for (pull, weight) in pull.iter_mut().zip(&self.weights) {
             *pull *= weight;
@@ -220,12 +278,13 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Nearest
     }
 
     /// The step without what exceeds a limit by the solver's tolerance: projected onto the rows it exceeds.
-    fn trimmed(&self, room: &Room<NA, NB, NC>, step: [f64; NY]) -> [f64; NY] {
+    fn trimmed<const NH: usize>(&self, room: &Room<NY, NA, NB, NC, NH>, step: [f64; NY]) -> [f64; NY] {
         let mut step = step;
         for _ in 0..TRIMS {
             trim(&self.set, &room.set, &mut step);
             trim(&self.rate, &room.rate, &mut step);
             trim(&self.coupling, &room.coupling, &mut step);
+            room.changing.iter().for_each(|share| trim_row(&share.own, share.limit, &mut step));
         }
         // Shrinking keeps every row: not moving satisfies all of them.
         let length = sqrt(dot(&step, &step));
@@ -236,10 +295,14 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Nearest
 
 fn trim<const NY: usize, const COUNT: usize>(rows: &[[f64; NY]; COUNT], room: &[f64; COUNT], step: &mut [f64; NY]) {
     for (row, room) in rows.iter().zip(room) {
-        let excess = dot(row, step) - room;
-        if excess > 0.0 {
-            add_scaled(step, -excess / dot(row, row), row);
-        }
+        trim_row(row, *room, step);
+    }
+}
+
+fn trim_row<const NY: usize>(row: &[f64; NY], room: f64, step: &mut [f64; NY]) {
+    let excess = dot(row, step) - room;
+    if excess > 0.0 {
+        add_scaled(step, -excess / dot(row, row), row);
     }
 }
 
@@ -260,9 +323,11 @@ impl<const NY: usize> Half<NY> {
     const NONE: Self = Self { normal: [0.0; NY], limit: f64::INFINITY, scale: 0.0 };
 }
 
-impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Rows<NY> for Scaled<NY, NA, NB, NC> {
+impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize, const NH: usize> Rows<NY>
+    for Scaled<NY, NA, NB, NC, NH>
+{
     fn iter(&self) -> impl Iterator<Item = Row<'_, NY>> {
-        self.set.iter().chain(&self.rate).chain(&self.coupling).map(|half| Row {
+        self.set.iter().chain(&self.rate).chain(&self.coupling).chain(&self.changing).map(|half| Row {
             normal: &half.normal,
             lower: f64::NEG_INFINITY,
             upper: half.limit,

@@ -38,6 +38,8 @@ pub enum StartError {
     OtherDesign,
     /// The start-up plan has fewer than N + 1 points.
     PlanTooShort,
+    /// There are changing coupling constraints, whose rows no start-up plan knows.
+    ChangingConstraints,
     /// The start-up plan has the number 0, which stands for no plan.
     NoPlan,
     /// The measured state does not fit the start-up plan: the first i-DPC problem has no solution.
@@ -127,6 +129,7 @@ impl fmt::Display for StartError {
             Self::LoadOutside { load } => write!(f, "load {load} lies outside its bounds"),
             Self::InputOutOfReach => f.write_str("the gain Ke reaches no reference with the steady state's input"),
             Self::OtherDesign => f.write_str("the start-up plan belongs to another subsystem or another design"),
+            Self::ChangingConstraints => f.write_str("start-up plans know no changing coupling constraints"),
             Self::NoPlan => f.write_str("the start-up plan has no number"),
             Self::PlanTooShort => f.write_str("the start-up plan is shorter than the horizon"),
             Self::StateDoesNotFit { row } => {

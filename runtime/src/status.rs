@@ -60,14 +60,42 @@ pub enum References {
     SetPointNotFinite,
     /// The reference-output layer found no answer: yref stays. The guarantee holds.
     Kept,
-    /// A message is missing and there are coupling constraints, whose other side is unknown: yref stays. Whether one is
-    /// exceeded is not known either. The guarantee is lost with the message.
+    /// A message is missing and there are coupling constraints, whose other side is unknown; or one was missing, or
+    /// [`Controller::redraw`] was not called or given a row that can only be a mistake, and no row of that changing constraint was
+    /// accepted since, which all of its members would know. yref stays, which is always admissible, and the
+    /// others' moves leave room for that. The guarantee is lost with the message where coupling outputs are imported, and
+    /// holds where nothing but coupling constraints joins this subsystem to others.
+    ///
+    /// [`Controller::redraw`]: crate::Controller::redraw
     Waiting,
+    /// No row of a changing coupling constraint has been accepted yet: a first message is missing, [`Controller::redraw`] was not
+    /// called, or no row that was drawn holds for the references at the start, which are too near to each other. yref stays. Nothing
+    /// is promised about that constraint until a row is accepted; as references have stayed, that row then holds for all steps
+    /// before too.
+    ///
+    /// [`Controller::redraw`]: crate::Controller::redraw
+    Undrawn {
+        /// Index of the constraint: the fixed ones come first, then the changing ones.
+        row: usize,
+    },
+    /// This subsystem stands still although it could come nearer to its set-point if it were alone: a coupling constraint holds
+    /// it up. Others in the coupling constraints still move, so it may go on. The guarantee holds.
+    Blocked {
+        /// Index of the constraint that ends its way first: the fixed ones come first, then the changing ones.
+        row: usize,
+    },
+    /// As [`Self::Blocked`], and nobody in its coupling constraints moves any more (by more than 1e-3 epsilon in a step): the deadlock
+    /// after (39), or set-points that cannot be reached together. It lasts until a set-point changes or rows are drawn by another
+    /// rule, but for a balance so fine that moves smaller than that end it. The guarantee holds.
+    Deadlock {
+        /// As for [`Self::Blocked`].
+        row: usize,
+    },
     /// k_h > l~_h in (27): the references of the neighbours and this one violate the tightened coupling constraint, so the
     /// assumption of Theorem 1 on k_h does not hold. yref stays unless there is a set-point and (28) lets it move. The
     /// guarantee is lost.
     CouplingExceeded {
-        /// Index of the coupling row.
+        /// Index of the constraint: the fixed ones come first, then the changing ones.
         row: usize,
     },
     /// Only at the first step: under what the neighbours sent, a state the controller was started from moves within one
@@ -83,8 +111,8 @@ pub enum References {
 pub struct Status<const NB: usize> {
     pub control: Control,
     pub references: References,
-    /// What became of each neighbour's message, by slot. Where it is not [`Delivery::InSequence`], the last values are held
-    /// and xref departs from what the neighbour's reference does to it: the guarantee is lost.
+    /// What became of each neighbour's message, by slot. Where it is not [`Delivery::InSequence`], the last values are held.
+    /// Where coupling outputs are imported, xref departs from what the neighbour's reference does to it, and the guarantee is lost.
     pub deliveries: [Delivery; NB],
     /// Whether the true state is known to lie within E_i of the plan. Where states are measured exactly, an admissible
     /// [`Control`] says so. Where they are measured with an error, a step may rest on the forecast of the step before, and that is
@@ -109,7 +137,12 @@ impl Control {
 impl References {
     /// Whether the references are still those of Theorem 1, if the messages arrived.
     pub fn are_admissible(&self) -> bool {
-        !matches!(self, Self::CouplingExceeded { .. } | Self::NotSteady | Self::OffPlan)
+        !self.lose_the_guarantee() && !matches!(self, Self::Undrawn { .. })
+    }
+
+    /// Whether they are not, for good.
+    pub(crate) fn lose_the_guarantee(&self) -> bool {
+        matches!(self, Self::CouplingExceeded { .. } | Self::NotSteady | Self::OffPlan)
     }
 }
 
@@ -121,7 +154,8 @@ impl<const NB: usize> Status<NB> {
     /// is wrong elsewhere until it is disturbed by it: a bad start of a subsystem that is no neighbour, messages that
     /// others missed, and, before it is told one period later, a neighbour whose problem is infeasible.
     pub fn is_guaranteed(&self) -> bool {
-        self.control.is_admissible() && self.certified && self.load_within && !self.degraded
+        let now = self.control.is_admissible() && self.references.are_admissible();
+        now && self.certified && self.load_within && !self.degraded
     }
 
     /// The neighbours whose message did not arrive in sequence.
@@ -157,7 +191,10 @@ impl fmt::Display for References {
             Self::OffPlan => f.write_str("start-up plan does not fit the neighbours"),
             Self::SetPointNotFinite => f.write_str("set-point not finite, reference kept"),
             Self::Kept => f.write_str("no reference found, kept"),
-            Self::Waiting => f.write_str("reference kept until neighbours are heard"),
+            Self::Waiting => f.write_str("reference kept until all members of its coupling constraints meet"),
+            Self::Undrawn { row } => write!(f, "no row of coupling constraint {row} accepted yet"),
+            Self::Blocked { row } => write!(f, "held up by coupling constraint {row}"),
+            Self::Deadlock { row } => write!(f, "deadlock: held up by coupling constraint {row}, and nobody moves"),
             Self::CouplingExceeded { row } => write!(f, "coupling constraint {row} exceeded"),
             Self::NotSteady => f.write_str("start not steady with the neighbours"),
         }

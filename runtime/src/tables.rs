@@ -4,7 +4,7 @@
 //! `NX` states, `NU` inputs, `NY` outputs, `NZ` coupling outputs; `NI` imported coupling outputs (those of all
 //! neighbours, one after the other), `NJ` imported outputs (of all constraint neighbours, one after the other);
 //! `NC` coupling constraints; `NB` neighbours; `N` horizon; `NV = NX + N NU` unknowns of the i-DPC problem, `NR` its rows, of which
-//! `NT` are tube rows, `NS` state rows and `NQ` input rows.
+//! `NT` are tube rows, `NS` state rows and `NQ` input rows; `NH` coupling constraints whose rows are redrawn while running.
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
 /// Everything one subsystem's controller is made of. `R` is its reference-output layer, [`Clamp`] or [`Nearest`].
@@ -25,9 +25,11 @@ pub struct Tables<
     const NT: usize,
     const NS: usize,
     const NQ: usize,
+    const NH: usize = 0,
 > {
     pub model: Model<NX, NU, NY, NZ, NI>,
     pub coupling: [CouplingRow<NY, NJ>; NC],
+    pub changing: [ChangingRow; NH],
     pub reference: R,
     pub problem: DpcProblem<NX, NU, NV, NR, NT, NS, NQ>,
 }
@@ -62,7 +64,7 @@ pub struct Model<const NX: usize, const NU: usize, const NY: usize, const NZ: us
 }
 
 /// Row of the tightened coupling constraint (28) as this subsystem sees it.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CouplingRow<const NY: usize, const NJ: usize> {
     /// `H_h^[i]`.
     pub own: [f64; NY],
@@ -72,6 +74,36 @@ pub struct CouplingRow<const NY: usize, const NJ: usize> {
     pub l_tilde: f64,
     /// n_h, the number of subsystems in the constraint.
     pub members: f64,
+}
+
+/// Coupling constraint (3) whose row is redrawn while running: who is in it.
+#[derive(Debug, Clone, Copy)]
+pub struct ChangingRow {
+    /// n_h members, this subsystem among them, in the order of the network: the same in the tables of all of them, so that all
+    /// of them compute the same numbers.
+    pub members: &'static [Member],
+}
+
+/// Member j of a [`ChangingRow`].
+#[derive(Debug, Clone, Copy)]
+pub struct Member {
+    /// Where its outputs and its messages are; `None`: it is this subsystem.
+    pub import: Option<Import>,
+    /// What (26) takes of a row `h y_j`: at most the sum over all `g` of `|g . h|`, in whatever direction h points. One `g` has one
+    /// entry per output of j. They are larger by 1e-8 than they need be, for the rounding errors of accepting a row: enough for
+    /// outputs up to a million times the margin.
+    pub generators: &'static [&'static [f64]],
+}
+
+/// Where the outputs of another subsystem are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Import {
+    /// Its slot among the neighbours.
+    pub slot: usize,
+    /// Its first output among the imported ones.
+    pub first: usize,
+    /// How many outputs it has.
+    pub outputs: usize,
 }
 
 /// Reference-output layer (29)-(31) with (28) where it is an interval per output: one output, or T_i diagonal, Y_i a

@@ -7,6 +7,7 @@ mod invariant;
 mod polytope;
 mod strips;
 mod tube;
+mod zonotope;
 
 pub use bounded::Bounded;
 pub use boxes::Box;
@@ -15,3 +16,4 @@ pub use invariant::{Invariant, least_fixed_point, least_fixed_point_of_blocks, r
 pub use polytope::Polytope;
 pub use strips::{Multiplier, Strips, multiplier, multipliers};
 pub use tube::{MOST_STEPS, PowerSum, RateNorm};
+pub use zonotope::{ANGLES, Zonotope};

@@ -71,6 +71,11 @@ fn imports(node: &Node) -> Vec<TokenStream> {
     let sizes = &node.sizes;
     let mut names = vec!["DpcProblem", "Model", "Tables", reference_type(node)];
     names.extend((sizes.nc > 0).then_some("CouplingRow"));
+    if sizes.nh > 0 {
+        names.extend(["ChangingRow", "Member"]);
+        // Where another one is in it.
+        names.extend(node.changing.iter().any(|&h| node.changing_constraint(h).members.len() > 1).then_some("Import"));
+    }
     names.extend((!node.neighbours.is_empty()).then_some("Link"));
     names.extend((!node.loads().is_empty()).then_some("LoadModel"));
     names.extend((sizes.ns + sizes.nq > 0).then_some("StageRow"));
@@ -120,7 +125,8 @@ fn sizes(node: &Node) -> Vec<TokenStream> {
         ("ND", "Loads: measured disturbances.", node.loads().len()),
         ("NETWORK_ND", "Loads of the whole network.", node.network_loads()),
     ];
-    let loads = loads.into_iter().filter(|(_, _, value)| *value > 0);
+    let changing = [("NH", "Coupling constraints whose rows are redrawn while running.", sizes.nh)];
+    let loads = changing.into_iter().chain(loads).filter(|(_, _, value)| *value > 0);
     let count = |(name, doc, value)| constant(name, doc, quote!(usize), Literal::usize_unsuffixed(value));
     all.into_iter().chain(loads).map(count).collect()
 }
@@ -142,6 +148,12 @@ fn names(node: &Node) -> Vec<TokenStream> {
     ];
     let loads = labels(&node.loads().signals);
     names.extend((!loads.is_empty()).then(|| list("LOADS", "Names of the loads, with units.", "ND", loads)));
+    let fixed: Vec<_> = node.constraints.iter().map(|&h| node.constraint(h).name.clone()).collect();
+    let doc = "Names of the coupling constraints: the first that the rows of a status count.";
+    names.extend((!fixed.is_empty()).then(|| list("COUPLING", doc, "NC", fixed)));
+    let changing: Vec<_> = node.changing.iter().map(|&h| node.changing_constraint(h).name.clone()).collect();
+    let doc = "Names of the changing constraints: the rows of [`redraw`]; those of a status count on after the others.";
+    names.extend((!changing.is_empty()).then(|| list("CHANGING", doc, "NH", changing)));
     names
 }
 
@@ -152,13 +164,14 @@ fn constant(name: &str, doc: &str, ty: TokenStream, value: impl ToTokens) -> Tok
 
 /// Written out, since one parameter per line would take a screen.
 fn types(node: &Node) -> String {
+    let parameters = parameters(node);
     format!(
         "/// Reference-output layer (28)-(31).\n\
          pub type Reference = {};\n\
          /// Type of [`TABLES`].\n\
-         pub type Parts = Tables<Reference, {PARAMETERS}>;\n\
+         pub type Parts = Tables<Reference, {parameters}>;\n\
          /// What this node remembers from step to step.\n\
-         pub type Controller = dpc_runtime::Controller<'static, Reference, {PARAMETERS}>;\n\
+         pub type Controller = dpc_runtime::Controller<'static, Reference, {parameters}>;\n\
          /// Collects the neighbours' messages between two steps.\n\
          pub type Inbox = dpc_runtime::Inbox<NI, NJ, NB>;\n\
          /// What the neighbours hear, once per step.\n\
@@ -169,7 +182,8 @@ fn types(node: &Node) -> String {
          pub type SteadyState = dpc_runtime::SteadyState<NX, NU>;\n{}{}",
         reference_parameters(node),
         if may_start(node) { STARTS } else { "" },
-        if node.loads().is_empty() { "" } else { LOADS }
+        [if node.loads().is_empty() { "" } else { LOADS }, if node.changing.is_empty() { "" } else { CHANGING }]
+            .concat()
     )
 }
 
@@ -180,6 +194,13 @@ pub type Loads = dpc_runtime::Loads<'static, ND, NX, N>;
 pub type Load = dpc_runtime::Load<NX>;
 ";
 
+const CHANGING: &str = "\
+/// What all members of a changing constraint know at a step.
+pub type Meeting<'a> = dpc_runtime::Meeting<'a, NY, NJ>;
+/// A row of a changing constraint, as this subsystem sees it.
+pub type HalfSpace = dpc_runtime::HalfSpace<NY, NJ>;
+";
+
 const STARTS: &str = "\
 /// This node's part of a start-up plan.
 pub type StartPlan<'a> = dpc_runtime::StartPlan<'a, NX, NU, NY, N>;
@@ -188,7 +209,12 @@ pub type PlannedController<'a> = dpc_runtime::Controller<'a, Reference, NX, NU, 
 ";
 
 /// Of `dpc_runtime::Tables` and `dpc_runtime::Controller`, after the reference layer.
-const PARAMETERS: &str = "NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ";
+fn parameters(node: &Node) -> &'static str {
+    match node.sizes.nh {
+        0 => "NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ",
+        _ => "NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ, NH",
+    }
+}
 
 fn reference_parameters(node: &Node) -> String {
     match &node.problems().reference {
@@ -231,7 +257,37 @@ fn option(first: Option<usize>) -> TokenStream {
 
 /// The only functions of the file: the runtime's, with this subsystem's tables.
 fn start(node: &Node) -> Vec<TokenStream> {
-    [steady_state(node), start_at(node)].into_iter().chain(starts::function(node)).collect()
+    let last = [starts::function(node), redraw(node)].into_iter().flatten();
+    [steady_state(node), start_at(node)].into_iter().chain(last).collect()
+}
+
+/// Where there are changing constraints.
+fn redraw(node: &Node) -> Option<TokenStream> {
+    let function = quote! {
+        /// Redraws the rows of all changing constraints, in the order of [`CHANGING`], by one rule: to be called at every step once
+        /// the messages have arrived and before [`Controller::references`], or the whole step; and with the same rule by all
+        /// members. A rule sees what they all know, yref at t + N - 1, and gives `None` where the row is to stay. For two robots
+        /// that are to stay `apart` from each other:
+        ///
+        /// ```ignore
+        /// let drawn = redraw(&mut controller, &inbox, |_, meeting| {
+        ///     let pair = meeting.pair()?;
+        ///     let normal = normal_between(&pair.first, &pair.second)?;
+        ///     Some(pair.apart(&normal, apart))
+        /// });
+        /// ```
+        ///
+        /// # Errors
+        /// Of each row that did not qualify, why: then the one before stays in force. See [`dpc_runtime::NotRedrawn`].
+        pub fn redraw(
+            controller: &mut Controller,
+            inbox: &Inbox,
+            rule: impl Fn(usize, &Meeting<'_>) -> Option<HalfSpace>,
+        ) -> [Result<(), dpc_runtime::NotRedrawn>; NH] {
+            core::array::from_fn(|row| controller.redraw(row, inbox, |meeting| rule(row, meeting)))
+        }
+    };
+    (node.sizes.nh > 0).then_some(function)
 }
 
 fn steady_state(node: &Node) -> TokenStream {

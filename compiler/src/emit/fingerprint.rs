@@ -47,8 +47,14 @@ impl Fnv {
             Value::Tuple(items) => items.iter().for_each(|item| self.value(item)),
             Value::Struct(_, fields) => fields.iter().for_each(|field| self.value(&field.value)),
             // No model has any of these.
-            Value::Entries(_) | Value::Count(_) | Value::Word(_) | Value::Flag(_) | Value::Text(_) | Value::Path(_) => {
-            }
+            Value::Entries(_)
+            | Value::Count(_)
+            | Value::Word(_)
+            | Value::Flag(_)
+            | Value::Text(_)
+            | Value::Path(_)
+            | Value::Slice(_)
+            | Value::Optional(..) => {}
         }
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::design::Design;
 use crate::gains::SubsystemGains;
-use crate::network::{CouplingConstraint, Loads, Signal, Subsystem};
+use crate::network::{ChangingConstraint, CouplingConstraint, Loads, Signal, Subsystem};
 use crate::problems::{RowKind, SubsystemProblems};
 use crate::sizing::SubsystemSizing;
 
@@ -16,6 +16,8 @@ pub struct Node<'a> {
     pub neighbours: Vec<Neighbour>,
     /// C_i: the coupling constraints on this subsystem, by index.
     pub constraints: Vec<usize>,
+    /// The changing constraints on this subsystem, by index.
+    pub changing: Vec<usize>,
     pub sizes: Sizes,
 }
 
@@ -38,6 +40,7 @@ pub struct Sizes {
     pub ni: usize,
     pub nj: usize,
     pub nc: usize,
+    pub nh: usize,
     pub n: usize,
     pub nv: usize,
     pub nr: usize,
@@ -48,10 +51,10 @@ pub struct Sizes {
 
 impl<'a> Node<'a> {
     pub fn new(design: &'a Design, i: usize) -> Self {
-        let constraints = constraints_on(design, i);
-        let neighbours = neighbours(design, i, &constraints);
-        let sizes = Sizes::new(design, i, &neighbours, constraints.len());
-        Self { design, i, neighbours, constraints, sizes }
+        let (constraints, changing) = (constraints_on(design, i), changing_on(design, i));
+        let neighbours = neighbours(design, i, &constraints, &changing);
+        let sizes = Sizes::new(design, i, &neighbours, (constraints.len(), changing.len()));
+        Self { design, i, neighbours, constraints, changing, sizes }
     }
 
     pub fn model(&self) -> &'a Subsystem {
@@ -85,6 +88,10 @@ impl<'a> Node<'a> {
 
     pub fn constraint(&self, h: usize) -> &'a CouplingConstraint {
         &self.design.network.coupling_constraints[h]
+    }
+
+    pub fn changing_constraint(&self, h: usize) -> &'a ChangingConstraint {
+        &self.design.network.changing_constraints[h]
     }
 
     /// What each imported coupling output is: `right: 0.0206 h4`.
@@ -135,9 +142,17 @@ fn constraints_on(design: &Design, i: usize) -> Vec<usize> {
     all.filter(|(_, constraint)| constraint.H.contains_key(&i)).map(|(h, _)| h).collect()
 }
 
-fn neighbours(design: &Design, i: usize, constraints: &[usize]) -> Vec<Neighbour> {
+fn changing_on(design: &Design, i: usize) -> Vec<usize> {
+    let all = design.network.changing_constraints.iter().enumerate();
+    all.filter(|(_, constraint)| constraint.members.contains(&i)).map(|(h, _)| h).collect()
+}
+
+fn neighbours(design: &Design, i: usize, constraints: &[usize], changing: &[usize]) -> Vec<Neighbour> {
     let network = &design.network;
-    let shares = |j: usize| constraints.iter().any(|&h| network.coupling_constraints[h].H.contains_key(&j));
+    let shares = |j: usize| {
+        constraints.iter().any(|&h| network.coupling_constraints[h].H.contains_key(&j))
+            || changing.iter().any(|&h| network.changing_constraints[h].members.contains(&j))
+    };
     let (mut z, mut y) = (0, 0);
     let mut neighbours = Vec::new();
     for (j, other) in network.subsystems.iter().enumerate().filter(|&(j, _)| j != i) {
@@ -153,7 +168,7 @@ fn neighbours(design: &Design, i: usize, constraints: &[usize]) -> Vec<Neighbour
 }
 
 impl Sizes {
-    fn new(design: &Design, i: usize, neighbours: &[Neighbour], nc: usize) -> Self {
+    fn new(design: &Design, i: usize, neighbours: &[Neighbour], (nc, nh): (usize, usize)) -> Self {
         let network = &design.network;
         let model = &network.subsystems[i];
         let dpc = &design.problems.subsystems[i].dpc;
@@ -169,6 +184,7 @@ impl Sizes {
             ni: others(|n| n.z.is_some(), Subsystem::nz),
             nj: others(|n| n.y.is_some(), Subsystem::p),
             nc,
+            nh,
             n: network.horizon,
             nv: dpc.H.nrows(),
             nr: dpc.rows.len(),

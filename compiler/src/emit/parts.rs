@@ -3,6 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::names::one_line;
 use super::node::{Node, labels};
 use super::tables::{Field, Value};
 use crate::network::CouplingConstraint;
@@ -19,6 +20,7 @@ pub fn all(node: &Node) -> Value {
                 format!("(28): H_h^[i], then H_h^[j] over {}; l~_h of (26); members", list(&node.imported_y())),
                 coupling(node),
             ),
+            Field::new("changing", "(3) with rows that are redrawn while running: who is in it", changing(node)),
             Field::new("reference", "Reference outputs (29)-(31).", reference(node)),
             Field::new("problem", "i-DPC problem (33)-(36), lower <= V w + offset <= upper.", dpc(node)),
         ],
@@ -84,6 +86,47 @@ fn coupling_row(node: &Node, h: usize) -> Value {
         ],
     )
 }
+
+/// `[dpc_runtime::tables::ChangingRow; NH]`.
+fn changing(node: &Node) -> Value {
+    let row = |&h: &usize| {
+        let members = node.changing_constraint(h).members.iter();
+        let members = Value::List(members.map(|&j| (member(node, j), String::new())).collect());
+        let doc = format!("{}, in the order of the network", one_line(&node.changing_constraint(h).name));
+        (Value::Struct("ChangingRow", vec![Field::new("members", doc, Value::Slice(Box::new(members)))]), String::new())
+    };
+    Value::List(node.changing.iter().map(row).collect())
+}
+
+/// `dpc_runtime::tables::Member`.
+fn member(node: &Node, j: usize) -> Value {
+    let (model, sized) = (&node.design.network.subsystems[j], &node.design.sizing.subsystems[j]);
+    let (place, import) = import(node, j);
+    let generator = |g: &DVector<f64>| (Value::Slice(Box::new(Value::row(g))), String::new());
+    let generators = Value::List(sized.exposed.generators.iter().map(generator).collect());
+    let outputs = labels(&model.outputs).join(", ");
+    let doc = format!("What (26) takes of a row over {outputs}: the sum of |g . row| over these");
+    let fields = vec![
+        Field::new("import", format!("{}: {place}", model.name), import),
+        Field::new("generators", one_line(&doc), Value::Slice(Box::new(generators))),
+    ];
+    Value::Struct("Member", fields)
+}
+
+/// `Option<dpc_runtime::tables::Import>`, and what it means.
+fn import(node: &Node, j: usize) -> (&'static str, Value) {
+    let place = node.neighbours.iter().enumerate().find(|(_, neighbour)| neighbour.j == j);
+    let Some((slot, first)) = place.and_then(|(slot, neighbour)| Some((slot, neighbour.y?))) else {
+        return ("this subsystem", Value::Optional(None, IMPORT_BYTES));
+    };
+    let count = |name, count| Field::new(name, "", Value::Count(count));
+    let outputs = node.design.network.subsystems[j].p();
+    let import = Value::Struct("Import", vec![count("slot", slot), count("first", first), count("outputs", outputs)]);
+    ("its slot, its first of the imported outputs, and how many", Value::Optional(Some(Box::new(import)), IMPORT_BYTES))
+}
+
+/// Three counts.
+const IMPORT_BYTES: usize = 24;
 
 /// H_h^[j] of the others, over the imported outputs.
 fn others_row(node: &Node, constraint: &CouplingConstraint) -> Vec<f64> {

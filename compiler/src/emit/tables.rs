@@ -27,6 +27,10 @@ pub enum Value {
     /// One element per line, each with what it means.
     List(Vec<(Value, String)>),
     Tuple(Vec<Value>),
+    /// A reference to a list.
+    Slice(Box<Value>),
+    /// An `Option` whose value takes so many bytes.
+    Optional(Option<Box<Value>>, usize),
     /// Name of the type, and its fields.
     Struct(&'static str, Vec<Field>),
 }
@@ -86,6 +90,8 @@ impl Value {
             Value::Matrix(rows) => rows.iter().map(|(row, _)| 8 * row.len()).sum(),
             Value::List(items) => items.iter().map(|(item, _)| item.bytes()).sum(),
             Value::Tuple(items) => padded(items.iter().map(Value::bytes).sum()),
+            Value::Slice(list) => 16 + list.bytes(),
+            Value::Optional(_, bytes) => 8 + bytes,
             Value::Struct(_, fields) => padded(fields.iter().map(|field| field.value.bytes()).sum()),
         }
     }
@@ -132,6 +138,16 @@ fn write_value(text: &mut String, value: &Value, depth: usize) {
         Value::Matrix(rows) => write_lines(text, depth, rows, |text, row| text.push_str(&numbers(row))),
         Value::List(items) => write_lines(text, depth, items, |text, item| write_value(text, item, depth + 1)),
         Value::Tuple(items) => write_tuple(text, items, depth),
+        Value::Slice(list) => {
+            text.push('&');
+            write_value(text, list, depth);
+        }
+        Value::Optional(None, _) => text.push_str("None"),
+        Value::Optional(Some(value), _) => {
+            text.push_str("Some(");
+            write_value(text, value, depth);
+            text.push(')');
+        }
         Value::Struct(name, fields) => write_struct(text, name, fields, depth),
     }
 }

@@ -13,6 +13,9 @@ use super::words::number;
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::spec::{self, Coefficients, OutputRow, Spec};
 
+/// Rows over the outputs of a subsystem each.
+pub(super) type Rows<'a> = Box<dyn Iterator<Item = (usize, DVector<f64>)> + 'a>;
+
 /// A constraint (3) before its outputs are among the coupling outputs.
 pub(super) struct Constraint {
     name: String,
@@ -21,9 +24,17 @@ pub(super) struct Constraint {
     place: crate::diagnostic::Place,
 }
 
+impl Constraint {
+    /// `H_h^[j]` of every member.
+    pub fn rows(&self) -> Rows<'_> {
+        Box::new(self.H.iter().map(|(j, row)| (*j, row.clone())))
+    }
+}
+
 pub(super) fn constraints(spec: &Spec, roster: &Roster, errors: &mut Diagnostics) -> Option<Vec<Constraint>> {
     let mut seen = BTreeMap::new();
-    for name in spec.coupling_constraints.iter().filter_map(|constraint| constraint.name.as_ref()) {
+    let fixed = spec.coupling_constraints.iter().filter_map(|constraint| constraint.name.as_ref());
+    for name in fixed.chain(spec.changing_constraints.iter().filter_map(|constraint| constraint.name.as_ref())) {
         check_unique("a coupling constraint", &name.value, &name.place, &mut seen, errors);
     }
     let given = spec.coupling_constraints.iter().enumerate();
@@ -81,9 +92,9 @@ fn output_row(given: &OutputRow, roster: &Roster, errors: &mut Diagnostics) -> O
 }
 
 /// Adds `H_h^[j] y_j` to z_j where no coupling output is a multiple of it.
-pub(super) fn export_outputs(models: &mut [Model], constraints: &[Constraint]) {
-    for (&j, row) in constraints.iter().flat_map(|constraint| &constraint.H) {
-        let wanted = models[j].output_row(row);
+pub(super) fn export_outputs<'a>(models: &mut [Model], rows: impl Iterator<Item = (usize, DVector<f64>)> + 'a) {
+    for (j, row) in rows {
+        let wanted = models[j].output_row(&row);
         if as_multiple(&wanted, &models[j].coupling_rows()).is_none() {
             models[j].push_coupling_output(&wanted);
         }
@@ -96,10 +107,7 @@ pub(super) fn export_outputs(models: &mut [Model], constraints: &[Constraint]) {
 
 /// (3) with (4), once [`export_outputs`] has seen to it that every `H_h^[j] y_j` is a multiple of a coupling output.
 pub(super) fn resolve(constraint: Constraint, models: &[Model]) -> CouplingConstraint {
-    let z_row = |(j, row): (&usize, &DVector<f64>)| {
-        let multiple = as_multiple(&models[*j].output_row(row), &models[*j].coupling_rows());
-        multiple.map(|multiple| (*j, multiple.transpose()))
-    };
+    let z_row = |(j, row): (&usize, &DVector<f64>)| models[*j].as_coupling_output(row).map(|multiple| (*j, multiple));
     let Hz = constraint.H.iter().filter_map(z_row).collect();
     CouplingConstraint { name: constraint.name, H: constraint.H, Hz, l: constraint.l, place: constraint.place }
 }
@@ -110,6 +118,16 @@ impl Model {
         let over_states = H.transpose() * &self.C;
         // Adding 0 takes the sign off -0, which would be printed and emitted.
         RowDVector::from_fn(self.A.ncols() + self.B.ncols(), |_, c| over_states.get(c).map_or(0.0, |h| h + 0.0))
+    }
+
+    /// The row over the coupling outputs that is `H y`, where one of them is that up to scale.
+    pub(super) fn as_coupling_output(&self, H: &DVector<f64>) -> Option<DVector<f64>> {
+        let row = self.output_row(H);
+        if row.amax() == 0.0 {
+            // Assumption 2 refuses an output that reads nothing.
+            return Some(DVector::zeros(self.Cz.nrows()));
+        }
+        as_multiple(&row, &self.coupling_rows()).map(|multiple| multiple.transpose())
     }
 
     /// The rows of [Cz Dz].

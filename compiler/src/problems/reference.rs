@@ -9,7 +9,8 @@ use crate::sizing::SubsystemSizing;
 /// (29)-(31) with (28).
 #[derive(Debug)]
 pub enum ReferenceProblem {
-    /// An interval per output: one output, or T_i diagonal, q = inf and every coupling row on one output only.
+    /// An interval per output: one output, or T_i diagonal, q = inf and every coupling row on one output only; no changing
+    /// constraint.
     Clamp {
         /// t / (t + gamma) per output.
         weight: DVector<f64>,
@@ -76,7 +77,8 @@ const MOST_OUTPUTS: usize = 6;
 /// The coupling rows as (output, coefficient) where (29) splits into one interval per output.
 fn clamp_rows(network: &Network, s: &Subsystem, coupling: &[&DVector<f64>]) -> Option<Vec<(usize, f64)>> {
     let diagonal = (0..s.p()).all(|i| (0..s.p()).all(|j| i == j || s.T[(i, j)] == 0.0));
-    if s.p() > 1 && (!diagonal || network.reference.norm != Norm::Inf) {
+    // The interval of each output would change with the rows.
+    if s.exposed.is_some() || s.p() > 1 && (!diagonal || network.reference.norm != Norm::Inf) {
         return None;
     }
     let single = |row: &&DVector<f64>| {

@@ -10,11 +10,13 @@ use nalgebra::{DMatrix, DVector};
 
 pub use dense::steady_error;
 
-use super::{Sums, floor, loads};
+use super::outputs::{self, OutputShare, OutputShares};
+use super::{MOST_DRIFT, Sums, floor, loads};
 use crate::convex::MOST_STEPS;
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::gains::{Gains, Proof, SubsystemGains};
 use crate::network::{Network, Subsystem};
+use crate::sharing::spread;
 
 /// What the references may take of one row of X_i x U_i, (25b).
 #[derive(Debug, Clone)]
@@ -75,12 +77,60 @@ impl References {
         }
     }
 
+    /// Per subsystem: rows over the outputs, where it is in a changing constraint.
+    pub fn outputs(&self, network: &Network, sums: Sums) -> Vec<OutputShares> {
+        let of = |i: usize| match network.subsystems[i].exposed {
+            Some(_) => self.outputs_of(network, i, sums),
+            None => OutputShares::default(),
+        };
+        spread(network.subsystems.len(), of)
+    }
+
+    fn outputs_of(&self, network: &Network, i: usize, sums: Sums) -> OutputShares {
+        let s = &network.subsystems[i];
+        let shares = |rows: Vec<DVector<f64>>| -> Vec<OutputShare> {
+            rows.into_iter().map(|row| self.output(i, &s.C.tr_mul(&row), sums).on(row)).collect()
+        };
+        let axes = shares(outputs::axes(s));
+        let oblique = match &axes[..] {
+            [one, other] if sums == Sums::Proved => shares(outputs::oblique([one.rate, other.rate])),
+            _ => Vec::new(),
+        };
+        OutputShares { axes, oblique }
+    }
+
+    /// A row over x_i that is one over the outputs: C_i chi_ss = yref, whatever the loads, so steady states take nothing.
+    fn output(&self, i: usize, row: &DVector<f64>, sums: Sums) -> Transients {
+        match self {
+            Self::Dense(dense) => dense.output(i, row, sums),
+            Self::Sparse(sparse) => sparse.output(i, row, sums),
+        }
+    }
+
     /// Per coupling constraint: what transients of the loads take of it.
     pub fn coupling_loads(&self, network: &Network) -> Vec<f64> {
         match self {
             Self::Dense(dense) => dense.coupling_loads(network),
             Self::Sparse(sparse) => sparse.coupling_loads(network),
         }
+    }
+}
+
+/// What transients of the references take of a row in either direction.
+pub struct Transients {
+    /// Per unit of epsilon.
+    rate: f64,
+    load: f64,
+    /// Of a start that drifts by the floor.
+    drift: f64,
+}
+
+impl Transients {
+    const UNKNOWN: Self = Self { rate: f64::INFINITY, load: f64::INFINITY, drift: f64::INFINITY };
+
+    fn on(self, row: DVector<f64>) -> OutputShare {
+        let Self { rate, load, drift } = self;
+        OutputShare { row, rate, load, drift: drift * MOST_DRIFT }
     }
 }
 

@@ -30,11 +30,13 @@ pub enum Stage {
     Disturbed,
     /// The given epsilon leaves no set-point; the largest one that does, relative.
     TooFast,
+    /// The margins of changing constraints are out of reach; one less the share by which they are exceeded.
+    Exposed,
     /// The wanted reserve is out of reach; the share that is not.
     Reserve,
     /// The set-points to cover are out of reach; the share that is not.
     Cover,
-    /// A design; its objective.
+    /// A design; its objective, less what changing constraints are charged.
     Designed,
 }
 
@@ -60,7 +62,7 @@ impl Aim {
     pub fn appraise(&self, network: &Network, gains: &Gains, sets: &Sets) -> (Merit, Option<Vec<Proofs>>) {
         let context = Context { network, gains, sets };
         match context.optimise(&self.asks(), ROUNDS) {
-            Ok((program, point)) => (designed(&program, &point), Some(program.proofs)),
+            Ok((program, point)) => (designed(&context, &program, &point), Some(program.proofs)),
             Err(Failure::NoPoint(proofs, _)) => (self.shortfall(&context, &proofs), Some(proofs)),
             Err(Failure::NoProof(_)) => (shapeless(sets), None),
         }
@@ -71,7 +73,7 @@ impl Aim {
         let context = Context { network, gains, sets };
         let program = Program::new(&context, proofs.to_vec(), &self.asks());
         match program.solve() {
-            Answer::Point(point) => designed(&program, &point),
+            Answer::Point(point) => designed(&context, &program, &point),
             _ => self.shortfall(&context, proofs),
         }
     }
@@ -104,7 +106,9 @@ impl Aim {
         {
             return Merit { stage: Stage::TooFast, value: value / epsilon };
         }
-        for (goal, stage) in [(Goal::Reserve, Stage::Reserve), (Goal::Cover, Stage::Cover)] {
+        let margins = context.network.has_margins().then_some((Goal::Margin, Stage::Exposed));
+        let wishes = [(Goal::Reserve, Stage::Reserve), (Goal::Cover, Stage::Cover)];
+        for (goal, stage) in margins.into_iter().chain(wishes) {
             if let Some(value) = limit(goal).filter(|value| *value < 1.0 - 1e-6) {
                 return Merit { stage, value };
             }
@@ -116,8 +120,10 @@ impl Aim {
 /// Rounds of better multipliers; the first ones gain most.
 const ROUNDS: usize = 2;
 
-fn designed(program: &Program, point: &[f64]) -> Merit {
-    Merit { stage: Stage::Designed, value: program.objective(point) }
+/// Beside the objective counts what changing constraints are charged, as much as the ranges of the same outputs.
+fn designed(context: &Context, program: &Program, point: &[f64]) -> Merit {
+    let charged = context.network.wishes.y_weight * program.exposure(context, point);
+    Merit { stage: Stage::Designed, value: program.objective(point) - charged }
 }
 
 fn shapeless(sets: &Sets) -> Merit {

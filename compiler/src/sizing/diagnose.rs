@@ -6,8 +6,10 @@ use super::program::{Asks, Goal, Program};
 use super::settle::tubes;
 use super::{Context, Proofs, ROUNDS};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, code};
-use crate::network::{NamedPolytope, Signal, Subsystem};
+use crate::network::{Margin, NamedPolytope, Signal, Subsystem};
 use crate::optim::conic::Answer;
+use crate::optim::rounding::up_to_digits;
+use crate::sets::SubsystemSets;
 
 /// Emptied rows that one message names.
 const MOST_EMPTIED: usize = 3;
@@ -26,6 +28,12 @@ pub fn no_point(context: &Context, proofs: Vec<Proofs>, answer: Answer) -> Diagn
         && limit.value < epsilon * (1.0 + 1e-6)
     {
         return epsilon_too_large(context, epsilon, &limit).into();
+    }
+    if context.network.has_margins()
+        && let Some(limit) = Limit::of(context, &proofs, Goal::Margin)
+        && limit.value < 1.0 - 1e-6
+    {
+        return margin_too_small(context, &limit).into();
     }
     if let Some(limit) = Limit::of(context, &proofs, Goal::Reserve).filter(|limit| limit.value < 1.0 - 1e-6) {
         return reserve_too_large(context, &limit).into();
@@ -214,6 +222,46 @@ fn emptied_by_references<'a>(context: &Context<'a>, i: usize, epsilon: f64) -> V
     let how = |taken: f64, unit: &str| format!("moving references take {taken:.4}{unit} of it (Delta^chi in (25b))");
     let of = |(set, row, taken)| Emptied::by(s, set, row, taken, |unit| how(taken, unit));
     of_x.chain(of_u).filter_map(of).collect()
+}
+
+/// What is recommended is this much more than what is just possible, which rounding might not survive.
+const SAFE: f64 = 1.01;
+
+/// Names what moving references alone take of the outputs that exceed their margin, or come closest to it.
+fn margin_too_small(context: &Context, limit: &Limit) -> Diagnostic {
+    let mut error = Diagnostic::error(code::MARGIN_TOO_SMALL, "the margins of the changing constraints are too small");
+    let mut places: Vec<&Margin> = context.network.subsystems.iter().filter_map(Subsystem::margin).collect();
+    places.sort_by_key(|margin| margin.place.start);
+    places.dedup_by_key(|margin| margin.place.start);
+    let needed = |margin: &Margin| up_to_digits((2.0 - limit.value) * margin.value * SAFE, 3);
+    for margin in places {
+        error = error.at(margin.place.clone(), format!("{} would do, all of them together", needed(margin)));
+    }
+    error = error.note(format!("what stops smaller ones: {}", limit.rows(context)));
+    let taken = most_exposed(context);
+    taken.into_iter().take(MOST_EMPTIED).fold(error, Diagnostic::note).help(
+        "state larger margins, a smaller epsilon or reserve, or choose reference gains whose outputs stay closer to yref (see `reference-weights`)",
+    )
+}
+
+/// `px` of `robot1`: what is taken of its margin, the largest share first.
+fn most_exposed(context: &Context) -> Vec<String> {
+    let Some(epsilon) = context.network.reference.epsilon else { return Vec::new() };
+    let of = |(s, sets): (&Subsystem, &SubsystemSets)| -> Vec<(f64, String)> {
+        let Some(margin) = s.margin() else { return Vec::new() };
+        let taken = s.outputs.iter().zip(&sets.outputs.axes).map(|(output, share)| {
+            let (moving, unit) = (share.taken(epsilon), output.unit_suffix());
+            let words = format!(
+                "moving references take {moving:.4}{unit} of {} of `{}` ({:.3} times epsilon), of a margin of {}{unit}",
+                output.name, s.name, share.rate, margin.value
+            );
+            (moving / margin.value, words)
+        });
+        taken.collect()
+    };
+    let mut all: Vec<_> = context.network.subsystems.iter().zip(&context.sets.subsystems).flat_map(of).collect();
+    all.sort_by(|(one, _), (other, _)| other.total_cmp(one));
+    all.into_iter().map(|(_, words)| words).collect()
 }
 
 fn reserve_too_large(context: &Context, limit: &Limit) -> Diagnostic {

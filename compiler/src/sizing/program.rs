@@ -6,9 +6,9 @@ use nalgebra::DVector;
 
 use super::{Context, Proofs};
 use crate::convex::Multiplier;
-use crate::network::Subsystem;
+use crate::network::{ExposedOutput, Subsystem};
 use crate::optim::conic::{Answer, LogProgram};
-use crate::sets::{CAP, ReferenceShare, floor_support, import_gain, least_offsets};
+use crate::sets::{CAP, OutputShare, ReferenceShare, floor_support, import_gain, least_offsets};
 
 /// What is asked of the program beyond the network's wishes.
 #[derive(Debug, Clone, Default)]
@@ -33,8 +33,10 @@ pub enum Goal {
     Disturbance,
     /// The same logarithms without those of Y_i and Delta_i^z: the largest epsilon that leaves cover and reserve.
     Speed,
-    /// Epsilon; reserve and cover are dropped.
+    /// Epsilon; reserve, cover and margins are dropped.
     Epsilon,
+    /// Margins: one less than this (at most 1) is the common share by which they are exceeded. Reserve and cover are dropped.
+    Margin,
     /// A common factor (at most 1) on the wanted reserve; cover is dropped.
     Reserve,
     /// A common factor (at most 1) on the set-points to cover.
@@ -94,6 +96,8 @@ pub const TUBE_MARGIN: f64 = 1e-6;
 /// Smallest half-width of Delta_i^z and half-axis of Sigma_i, relative to the signal's natural size: they keep the sets
 /// solid.
 const LEAST: f64 = 1e-7;
+/// Delta^z of an output in changing constraints, as a share of what moving references take of it.
+const SHARE_OF_RESERVE: f64 = 0.1;
 
 impl Program {
     pub fn new(context: &Context, proofs: Vec<Proofs>, asks: &Asks) -> Self {
@@ -113,6 +117,7 @@ impl Program {
             program.terminal(context, i);
             program.references(context, i);
             program.wanted(context, i, asks);
+            program.margins(context, i, asks);
         }
         program.coupling(context, asks.goal);
         program.goal(context, asks.goal);
@@ -305,10 +310,73 @@ impl Program {
         }
     }
 
+    /// (26'): what changing constraints ask.
+    fn margins(&mut self, context: &Context, i: usize, asks: &Asks) {
+        let (s, shares) = (&context.network.subsystems[i], &context.sets.subsystems[i].outputs.axes);
+        let Some(exposed) = s.exposed.as_ref().filter(|_| !matches!(asks.goal, Goal::Epsilon | Goal::Disturbance))
+        else {
+            return;
+        };
+        for (k, (output, share)) in exposed.outputs.iter().zip(shares).enumerate() {
+            if let Some(margin) = &exposed.margin {
+                self.margin(i, &s.outputs[k].name, output, share, margin.value);
+            }
+            if asks.dz.is_none() {
+                let natural = context.sets.subsystems[i].scales.z[output.z];
+                self.small(i, output, share, (s.reserve[output.z], natural));
+            }
+        }
+    }
+
+    fn margin(&mut self, i: usize, name: &str, output: &ExposedOutput, share: &OutputShare, margin: f64) {
+        let zeta = self.variables[i].zeta.start + output.z;
+        let mut terms = vec![(zeta, -output.factor.abs())];
+        let mut constant = margin * (1.0 - MARGIN) - share.constant();
+        match self.epsilon {
+            Epsilon::Given(epsilon) => constant -= epsilon * share.rate,
+            Epsilon::Free(k) => terms.push((k, -share.rate)),
+        }
+        if let Some(factor) = self.factor.filter(|_| self.goal == Goal::Margin) {
+            terms.push((factor, -margin));
+            constant += margin;
+        }
+        self.rows.push((i, format!("margin of {name}"), self.problem.inequalities.len()));
+        self.at_least_zero(terms.into_iter().map(|(k, a)| (k, a / margin)), constant / margin);
+    }
+
+    /// Delta^z of an output that rows read: what it takes of every row is not worth more reserve than was asked for.
+    fn small(&mut self, i: usize, output: &ExposedOutput, share: &OutputShare, (reserve, natural): (f64, f64)) {
+        let dz = self.variables[i].dz.start + output.z;
+        // More than what `at_least` asks.
+        let most = SHARE_OF_RESERVE * share.rate / output.factor.abs();
+        match self.epsilon {
+            _ if reserve > 0.0 => self.at_least_zero([(dz, -1.0)], reserve * (1.0 + 10.0 * MARGIN)),
+            // But not so small that the set is none.
+            Epsilon::Given(epsilon) => self.at_least_zero([(dz, -1.0)], (most * epsilon).max(2.0 * LEAST * natural)),
+            Epsilon::Free(k) => self.at_least_zero([(dz, -1.0), (k, most)], 2.0 * LEAST * natural),
+        }
+    }
+
+    /// Sum over the outputs without a margin of the logarithm of what (26) takes of them per unit of epsilon: what gains may be
+    /// compared by, since no row says it.
+    pub fn exposure(&self, context: &Context, point: &[f64]) -> f64 {
+        let epsilon = self.epsilon(point);
+        let of = |i: usize| {
+            let exposed = context.network.subsystems[i].exposed.as_ref().filter(|exposed| exposed.margin.is_none());
+            let zeta = self.zeta(point, i);
+            let outputs = exposed.into_iter().flat_map(|exposed| &exposed.outputs);
+            let taken = outputs
+                .zip(&context.sets.subsystems[i].outputs.axes)
+                .map(|(output, share)| (share.taken(epsilon) + output.factor.abs() * zeta[output.z]) / epsilon);
+            taken.map(f64::ln).sum::<f64>()
+        };
+        (0..self.variables.len()).map(of).sum()
+    }
+
     /// variable >= wanted, or >= factor wanted where `scaled_by` is the goal; dropped by the goals that come before.
     fn at_least(&mut self, variable: usize, wanted: f64, goal: Goal, scaled_by: Goal) {
-        let dropped =
-            matches!(goal, Goal::Epsilon | Goal::Disturbance) || (goal == Goal::Reserve && scaled_by == Goal::Cover);
+        let dropped = matches!(goal, Goal::Epsilon | Goal::Disturbance | Goal::Margin)
+            || (goal == Goal::Reserve && scaled_by == Goal::Cover);
         if wanted <= 0.0 || dropped {
             return;
         }

@@ -5,11 +5,11 @@ use nalgebra::{DMatrix, DVector};
 use super::program::{MARGIN, Program, TUBE_MARGIN};
 use super::verify::{Bounds, Tightening, ends, size_of_z, taken, terminal_rows};
 use super::{Context, Sizing, SubsystemSizing};
-use crate::convex::{Box, Multiplier, Polytope, Strips, least_fixed_point, least_fixed_point_of_blocks};
+use crate::convex::{Box, Multiplier, Polytope, Strips, Zonotope, least_fixed_point, least_fixed_point_of_blocks};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::optim::rounding::{down_to_digits, to_digits, up_to_digits};
 use crate::optim::sparse::Sparse;
-use crate::sets::{ReferenceShare, floor_support, import_gain, least_offsets};
+use crate::sets::{MOST_DRIFT, ReferenceShare, floor_support, import_gain, least_offsets};
 
 /// Digits of what the solver chose (epsilon, Y_i, Delta_i^z): its own accuracy, and pleasant to read.
 const CHOSEN: usize = 6;
@@ -40,9 +40,21 @@ pub fn settle(context: &Context, program: &Program, point: &[f64]) -> Result<Siz
         let (x_ref, u_ref): (Vec<f64>, Vec<f64>) = (taken(&sets.x_rows), taken(&sets.u_rows));
         sizing.subsystems[i].x_ref = DVector::from_vec(x_ref);
         sizing.subsystems[i].u_ref = DVector::from_vec(u_ref);
+        sizing.subsystems[i].exposed = exposed(context, &sizing, i);
     }
     sizing.l_tilde = l_tilde(context, &sizing);
     Ok(sizing)
+}
+
+/// What the runtime may let a row exceed its tightened limit by, for rounding, is 1e-9 of the margin; this is larger.
+const ACCEPTANCE: f64 = 1.0 + 1.1e-8;
+
+/// [C_i 0] Delta_i^chi with Z_i, and what accepting a row takes.
+fn exposed(context: &Context, sizing: &Sizing, i: usize) -> Zonotope {
+    let Some(exposed) = &context.network.subsystems[i].exposed else { return Zonotope::default() };
+    let zeta = &sizing.subsystems[i].zeta;
+    let tube: Vec<f64> = exposed.outputs.iter().map(|output| output.factor.abs() * zeta[output.z]).collect();
+    context.sets.subsystems[i].outputs.set(sizing.epsilon).with_box(&tube).enlarged(ACCEPTANCE)
 }
 
 fn settled_dz(context: &Context, program: &Program, point: &[f64], i: usize) -> DVector<f64> {
@@ -66,7 +78,9 @@ pub fn tubes(context: &Context, program: &Program, dz: &[DVector<f64>]) -> Optio
         r.rows_mut(zeta, s.nz()).copy_from(&((&dz[i] + context.noise(i).z) * (1.0 + TUBE_MARGIN)));
         least.rows_mut(q, strips).copy_from(&(least_offsets(&sets.tube.normals, s) * (1.0 + TUBE_MARGIN)));
         let sizes = |proofs: &[Multiplier]| DMatrix::from_fn(proofs.len(), strips, |a, b| proofs[a].mu[b].abs());
-        blocks.extend([((q, q), sizes(&proofs.tube)), ((zeta, q), sizes(&proofs.tube_z))]);
+        // Changing constraints keep Delta^z small beside the tube: its share of the margin may be less than rounding.
+        let spare = if s.exposed.is_some() { 1.0 + TUBE_MARGIN * 1e-3 } else { 1.0 };
+        blocks.extend([((q, q), sizes(&proofs.tube)), ((zeta, q), sizes(&proofs.tube_z) * spare)]);
         for &j in s.L.keys() {
             let from = starts[j] + context.sets.subsystems[j].tube.normals.nrows();
             blocks.push(((q, from), import_gain(&sets.tube.normals, s, j) * (1.0 + TUBE_MARGIN)));
@@ -132,6 +146,7 @@ fn subsystem(
         x_ref: DVector::zeros(0),
         u_ref: DVector::zeros(0),
         drift: DVector::zeros(0),
+        exposed: Zonotope::default(),
         upset: DVector::zeros(0),
         zeta,
         dz,
@@ -198,7 +213,7 @@ fn shrink(context: &Context, sizing: &mut Sizing, factor: f64) {
 /// A start that drifts by a share of the floor: at most a tenth of it, so that W_i has room for it while the references
 /// do not follow (7a), and so little that what is left of every row of (25b) absorbs the transient it starts.
 pub fn admit_drift(context: &Context, program: &Program, sizing: &mut Sizing) {
-    let mut share: f64 = 0.1;
+    let mut share = MOST_DRIFT;
     for (i, sets) in context.sets.subsystems.iter().enumerate() {
         let sized = &sizing.subsystems[i];
         let (of_x, of_u) = terminal_rows(context, &program.proofs[i], i, &sized.Sigma);

@@ -4,11 +4,12 @@ use toml::de::DeValue;
 
 use super::table::{Table, Value};
 use super::value::{
-    all, boolean, bounds, finite, integer, interval, magnitudes, matrix, per_signal, row, signals, text, title, weight,
+    all, boolean, bounds, finite, integer, interval, list, magnitudes, matrix, per_signal, row, signals, text, title,
+    weight,
 };
 use super::{
-    At, Coefficients, Collective, CouplingConstraint, Cover, Import, OutputRow, Reference, RiccatiWeights, Sizing,
-    Spec, StartOf, Subsystem,
+    At, ChangingConstraint, Coefficients, Collective, CouplingConstraint, Cover, Import, OutputRow, Reference,
+    RiccatiWeights, Sizing, Spec, StartOf, Subsystem,
 };
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, code};
 use crate::gains::GainChoice;
@@ -21,10 +22,13 @@ pub(super) fn spec(file: &mut Table<'_>, errors: &mut Diagnostics) -> Option<Spe
     let reference = file.optional("reference", errors, reference).unwrap_or_default();
     let sizing = file.optional("sizing", errors, sizing).unwrap_or_default();
     let gains = file.optional("gains", errors, gains);
-    let start_anywhere = file.optional("start-anywhere", errors, boolean);
+    let start_anywhere = file.optional("start-anywhere", errors, |value, errors| {
+        boolean(value, errors).map(|anywhere| At::new(anywhere, value.place.clone()))
+    });
     let collective = file.optional("collective", errors, collective);
     let subsystems = file.required("subsystem", errors, subsystems);
     let coupling_constraints = file.optional("coupling-constraint", errors, constraints).unwrap_or_default();
+    let changing_constraints = file.optional("changing-constraint", errors, changing_constraints).unwrap_or_default();
     file.refuse_unknown(errors);
     Some(Spec {
         name: name?,
@@ -37,6 +41,7 @@ pub(super) fn spec(file: &mut Table<'_>, errors: &mut Diagnostics) -> Option<Spe
         collective,
         subsystems: subsystems?,
         coupling_constraints,
+        changing_constraints,
     })
 }
 
@@ -262,6 +267,29 @@ fn constraint(value: &Value<'_>, errors: &mut Diagnostics) -> Option<CouplingCon
     let max = table.required("max", errors, finite);
     table.refuse_unknown(errors);
     Some(CouplingConstraint { place: table.place(), name, H: H?, max: max? })
+}
+
+fn changing_constraints(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Vec<ChangingConstraint>> {
+    let tables = match value.toml {
+        DeValue::Array(tables) => tables,
+        _ => return value.refuse("a list of tables, each headed [[changing-constraint]]", errors),
+    };
+    let each = tables.iter().enumerate().map(|(k, table)| {
+        let what = format!("changing constraint {}", k + 1);
+        changing_constraint(&Value { what, ..value.element(k, table) }, errors)
+    });
+    all(each)
+}
+
+fn changing_constraint(value: &Value<'_>, errors: &mut Diagnostics) -> Option<ChangingConstraint> {
+    let mut table = Table::of(value.what.clone(), value, errors)?;
+    let name = table.optional("name", errors, title);
+    let between = table.required("between", errors, |value, errors| {
+        list(value, errors, "a list of subsystems such as [\"left\", \"right\"]", text)
+    });
+    let margin = table.optional("margin", errors, finite);
+    table.refuse_unknown(errors);
+    Some(ChangingConstraint { place: table.place(), name, between: between?, margin })
 }
 
 fn output_rows(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Vec<OutputRow>> {

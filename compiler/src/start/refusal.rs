@@ -16,6 +16,8 @@ pub enum NoPlan {
     WrongShape { subsystem: usize },
     /// A state is no number or lies outside of X_i, or a load outside its bounds.
     Outside { subsystem: usize },
+    /// There are changing constraints: plans know no rows.
+    Changing,
     /// No window of up to [`LONGEST`] steps holds a plan.
     NoneFound {
         /// `None` where that could not be computed either.
@@ -46,6 +48,9 @@ const TOLD: f64 = 1e-6;
 const DIGITS: usize = 6;
 
 pub fn check(network: &Network, start: &Start) -> Result<(), NoPlan> {
+    if !network.changing_constraints.is_empty() {
+        return Err(NoPlan::Changing);
+    }
     let count = network.subsystems.len();
     if start.x0.len() != count || start.d0.len() != count {
         return Err(NoPlan::WrongShape { subsystem: start.x0.len().min(start.d0.len()).min(count) });
@@ -140,6 +145,7 @@ impl fmt::Display for NoPlan {
             Self::Outside { subsystem } => {
                 write!(f, "the start of subsystem {subsystem} lies outside of X or of the loads' bounds")
             }
+            Self::Changing => f.write_str("start-up plans know nothing of the rows of changing constraints"),
             Self::NoneFound { nearest: Some(nearest), .. } => {
                 write!(
                     f,

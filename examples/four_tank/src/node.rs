@@ -51,7 +51,7 @@ impl<R, const N: usize, const NV: usize, const NR: usize, const NT: usize, const
 }
 
 impl<
-    R: ReferenceLayer<1, 0>,
+    R: ReferenceLayer<1, 0, 0>,
     const N: usize,
     const NV: usize,
     const NR: usize,

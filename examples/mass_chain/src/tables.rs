@@ -82,6 +82,7 @@ fn mass<const NB: usize>(design: &Design, i: usize, hears: &[usize; NB]) -> Resu
     Ok(Tables {
         model: model(design, i, hears),
         coupling: [],
+        changing: [],
         reference: Clamp {
             weight: [weight[0]],
             epsilon: design.sizing.epsilon,

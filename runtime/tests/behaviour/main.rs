@@ -1,8 +1,10 @@
 //! What the runtime promises, each file one question.
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
+mod changing;
 mod pair;
 mod plan;
+mod planar;
 mod random;
 mod reference;
 mod solver;

@@ -55,7 +55,7 @@ fn with_coupling<const NJ: usize, const NC: usize>(
         drift: [DRIFT],
     };
     let reference = Clamp { weight: [1.0 / (1.0 + 1e-6)], epsilon: 0.05, y_min: [-2.0], y_max: [2.0], rows };
-    Tables { model, coupling, reference, problem: problem() }
+    Tables { model, coupling, changing: [], reference, problem: problem() }
 }
 
 /// Rows over v = (dx_0, du_0, du_1), where dx_1 = 0.9 dx_0 + 0.1 du_0, dx_2 = 0.81 dx_0 + 0.09 du_0 + 0.1 du_1.

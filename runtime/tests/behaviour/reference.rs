@@ -26,15 +26,15 @@ fn clamp_moves_at_the_rate_and_stops_at_the_limits() {
         rows: [(1, -2.0), (0, 1.0)],
     };
     let free = [f64::INFINITY; 2];
-    assert_eq!(layer.next(&[0.0, 0.0], &[5.0, 0.1], &free), Some([0.1, 0.05]));
-    assert_eq!(layer.next(&[0.95, 0.2], &[5.0, 5.0], &free), Some([1.0, 0.25]));
-    assert_eq!(layer.next(&[0.0, 0.0], &[-5.0, -5.0], &free), Some([-0.1, -0.1]));
+    assert_eq!(layer.next(&[0.0, 0.0], &[5.0, 0.1], &free, &[]), Some([0.1, 0.05]));
+    assert_eq!(layer.next(&[0.95, 0.2], &[5.0, 5.0], &free, &[]), Some([1.0, 0.25]));
+    assert_eq!(layer.next(&[0.0, 0.0], &[-5.0, -5.0], &free, &[]), Some([-0.1, -0.1]));
     // -2 y_2 <= 0.1 is y_2 >= -0.05; y_1 <= 0.03.
-    assert_eq!(layer.next(&[0.0, 0.0], &[5.0, -5.0], &[0.1, 0.03]), Some([0.03, -0.05]));
+    assert_eq!(layer.next(&[0.0, 0.0], &[5.0, -5.0], &[0.1, 0.03], &[]), Some([0.03, -0.05]));
     // A limit that is already exceeded counts as reached: back is open, further is not.
-    assert_eq!(layer.next(&[0.5, 0.0], &[5.0, 0.0], &[1.0, 0.4]), Some([0.5, 0.0]));
-    assert_eq!(layer.next(&[0.5, 0.0], &[-5.0, 0.0], &[1.0, 0.4]), Some([0.4, 0.0]));
-    assert_eq!(layer.next(&[0.0, 0.0], &[f64::NAN, 0.0], &free), Some([-0.1, 0.0]));
+    assert_eq!(layer.next(&[0.5, 0.0], &[5.0, 0.0], &[1.0, 0.4], &[]), Some([0.5, 0.0]));
+    assert_eq!(layer.next(&[0.5, 0.0], &[-5.0, 0.0], &[1.0, 0.4], &[]), Some([0.4, 0.0]));
+    assert_eq!(layer.next(&[0.0, 0.0], &[f64::NAN, 0.0], &free, &[]), Some([-0.1, 0.0]));
     assert!(layer.contains(&[1.0, 0.25]) && !layer.contains(&[1.0, 0.26]) && !layer.contains(&[-1.1, 0.0]));
 }
 
@@ -121,7 +121,7 @@ fn walk<const NB: usize>(seed: u64, rate: [[f64; 2]; NB], norm: impl Fn(&[f64; 2
             let room = [random.between(0.0, 0.3), random.between(0.0, 0.3)];
             let coupling =
                 [0, 1].map(|h| dot(&layer.coupling[h], &y) + if random.below(3) == 0 { 0.0 } else { room[h] });
-            let next = layer.next(&y, &set_point, &coupling).unwrap();
+            let next = layer.next(&y, &set_point, &coupling, &[]).unwrap();
             let reference = interior_point(&layer, &y, &set_point, &coupling);
             let (P, q) = objective(&layer, &y, &set_point);
             let cost = |y: &[f64; 2]| 0.5 * (y[0] * dot(&P[0], y) + y[1] * dot(&P[1], y)) + dot(&q, y);
@@ -159,25 +159,26 @@ fn nearest_agrees_with_an_interior_point_method_in_the_euclidean_norm() {
 fn nearest_stays_where_it_is_best() {
     let layer = nearest(0.7, []);
     let free = [f64::INFINITY; 2];
-    assert!(layer.contains(&[1.0, 0.6]) && !layer.contains(&[1.0, 0.7]));
+    let contains = |y| ReferenceLayer::<2, 2, 0>::contains(&layer, y);
+    assert!(contains(&[1.0, 0.6]) && !contains(&[1.0, 0.7]));
     let mut y = [0.0, 0.0];
     for _ in 0..100 {
-        y = layer.next(&y, &[3.0, 0.1], &free).unwrap();
+        y = layer.next(&y, &[3.0, 0.1], &free, &[]).unwrap();
     }
-    let again = layer.next(&y, &[3.0, 0.1], &free).unwrap();
+    let again = layer.next(&y, &[3.0, 0.1], &free, &[]).unwrap();
     assert!((again[0] - y[0]).abs() < 1e-12 && (again[1] - y[1]).abs() < 1e-12);
     assert!((y[0] - 1.0).abs() < 1e-12);
-    assert_eq!(layer.next(&[0.25, 0.5], &[0.25, 0.5], &free), Some([0.25, 0.5]));
+    assert_eq!(layer.next(&[0.25, 0.5], &[0.25, 0.5], &free, &[]), Some([0.25, 0.5]));
 }
 
 /// A set-point at the end of the number range still gives the step in its direction.
 #[test]
 fn nearest_bears_any_finite_set_point() {
-    let far = nearest(0.0, []).next(&[0.0, 0.0], &[1e300, 0.0], &[f64::INFINITY; 2]).unwrap();
+    let far = nearest(0.0, []).next(&[0.0, 0.0], &[1e300, 0.0], &[f64::INFINITY; 2], &[]).unwrap();
     assert!((far[0] - EPSILON).abs() < 1e-9 && far[1].abs() < 1e-9, "{far:?}");
     // A previous y outside Y_i may come back, but not go further.
-    let outside = nearest(0.0, []).next(&[1.2, 0.0], &[2.0, 0.0], &[f64::INFINITY; 2]).unwrap();
+    let outside = nearest(0.0, []).next(&[1.2, 0.0], &[2.0, 0.0], &[f64::INFINITY; 2], &[]).unwrap();
     assert!((outside[0] - 1.2).abs() < 1e-12);
-    let back = nearest(0.0, []).next(&[1.2, 0.0], &[0.0, 0.0], &[f64::INFINITY; 2]).unwrap();
+    let back = nearest(0.0, []).next(&[1.2, 0.0], &[0.0, 0.0], &[f64::INFINITY; 2], &[]).unwrap();
     assert!((back[0] - 1.1).abs() < 1e-9, "{back:?}");
 }

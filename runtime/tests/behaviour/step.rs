@@ -5,8 +5,8 @@ use crate::pair::{
 };
 use crate::random::Random;
 use dpc_runtime::{
-    Control, Controller, Delivery, Link, Load, Message, ReferenceLayer, References, Refused, StartError, SteadyState,
-    Step, Tables,
+    Control, Controller, Delivery, Link, Load, Message, ReferenceLayer, References, Refused, Share, StartError,
+    SteadyState, Step, Tables,
 };
 
 const ORIGIN: SteadyState<1, 1> = SteadyState { x: [0.0], u: [0.0] };
@@ -435,12 +435,18 @@ fn shares_coupling_constraints() {
     let start = || PairController::start(&tables, &ORIGIN).unwrap();
     let ((mut a, mut from_a), (mut b, mut from_b)) = (start(), start());
     let (mut at_a, mut at_b) = (PairInbox::new(), PairInbox::new());
-    for _ in 0..100 {
+    for step in 0..100 {
         at_a.accept(&PARTNER, &from_b).unwrap();
         at_b.accept(&PARTNER, &from_a).unwrap();
         let step_a = a.step(&on_reference(&a), &[2.0], &mut at_a);
         let step_b = b.step(&on_reference(&b), &[2.0], &mut at_b);
-        assert_eq!((step_a.status.references, step_b.status.references), (References::Nearest, References::Nearest));
+        // After 10 steps at the rate they are at the constraint, and hear of it one step later.
+        let references = match step {
+            0..10 => References::Nearest,
+            10 => References::Blocked { row: 0 },
+            _ => References::Deadlock { row: 0 },
+        };
+        assert_eq!((step_a.status.references, step_b.status.references), (references, references), "step {step}");
         (from_a, from_b) = (step_a.message, step_b.message);
         assert!(from_a.y_ref[0] + from_b.y_ref[0] <= 1.0 + 1e-15);
     }
@@ -493,9 +499,13 @@ fn on_reference(controller: &PairController<'_, 1, 1>) -> [f64; 1] {
 /// A layer that never finds an answer.
 struct Speechless;
 
-impl ReferenceLayer<1, 0> for Speechless {
-    fn next(&self, _: &[f64; 1], _: &[f64; 1], _: &[f64; 0]) -> Option<[f64; 1]> {
+impl ReferenceLayer<1, 0, 0> for Speechless {
+    fn next(&self, _: &[f64; 1], _: &[f64; 1], _: &[f64; 0], _: &[Share<1>; 0]) -> Option<[f64; 1]> {
         None
+    }
+
+    fn epsilon(&self) -> f64 {
+        0.05
     }
 
     fn contains(&self, _: &[f64; 1]) -> bool {
@@ -505,9 +515,9 @@ impl ReferenceLayer<1, 0> for Speechless {
 
 #[test]
 fn keeps_the_reference_when_the_layer_has_no_answer() {
-    let Tables { model, coupling, problem, .. } = pair::tables();
+    let Tables { model, coupling, changing, problem, .. } = pair::tables();
     let tables: Tables<Speechless, 1, 1, 1, 1, 1, 0, 0, 1, 2, 3, 8, 1, 2, 2> =
-        Tables { model, coupling, reference: Speechless, problem };
+        Tables { model, coupling, changing, reference: Speechless, problem };
     let (mut controller, sent) = Controller::start(&tables, &steady(1.0, 0.0)).unwrap();
     let mut inbox = PairInbox::new();
     inbox.accept(&OTHER, &Message { step: -1, y_ref: [0.0], z_ref: [0.0], certified: true, plan: 0 }).unwrap();

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{ReferenceShare, Shares, Sums, collective_floor, loads, sparse};
+use super::{ReferenceShare, Shares, Sums, Transients, collective_floor, loads, sparse};
 use crate::convex::PowerSum;
 use crate::gains::Gains;
 use crate::network::{Network, Subsystem};
@@ -123,6 +123,18 @@ impl References {
         };
         let constraints = network.coupling_constraints.iter();
         constraints.map(|c| sum_upper(c.H.iter().map(|(&j, H)| taken(j, H)))).collect()
+    }
+
+    /// A row over x_i, in either direction.
+    pub fn output(&self, i: usize, row: &DVector<f64>, sums: Sums) -> Transients {
+        let d = self.direction(i, row);
+        let dual = self.contraction.dual_norm(&d);
+        let rate = match sums {
+            Sums::Proved => self.sum.support(&d),
+            Sums::Estimated => self.sum.estimates(std::slice::from_ref(&d)).into_iter().fold(0.0, f64::max),
+        };
+        let load = self.loads.as_ref().map_or(0.0, |loads| loads.share(&d, dual).max(loads.share(&-&d, dual)));
+        Transients { rate, load, drift: dual * self.drift }
     }
 
     pub fn coupling(&self, network: &Network) -> Vec<BTreeMap<usize, f64>> {

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{ReferenceShare, Shares, Sums, collective_floor, different};
+use super::{ReferenceShare, Shares, Sums, Transients, collective_floor, different};
 use crate::convex::{Care, Charge, Front, LANES, RateNorm, Space};
 use crate::gains::Gains;
 use crate::network::{Network, Subsystem};
@@ -191,6 +191,22 @@ impl References {
         let mut kept = order.split_off(dropped);
         kept.sort_unstable();
         (kept.into_iter().map(|k| (k, direction.steady[k])).collect(), rest * (1.0 + 1e-9))
+    }
+
+    /// A row over x_i, in either direction.
+    pub fn output(&self, i: usize, row: &DVector<f64>, sums: Sums) -> Transients {
+        let care = if sums == Sums::Proved { Care::PROVED } else { Care::ESTIMATED };
+        let known = self.directions(&mut self.front.space(), i, std::slice::from_ref(row), care);
+        let loads = |known: &Direction| match (&self.loads, &known.loads) {
+            (Some(loads), Some(share)) => loads.taken(share, 1.0).max(loads.taken(share, -1.0)),
+            _ => 0.0,
+        };
+        // One row was given, and one direction comes back.
+        known.first().map_or(Transients::UNKNOWN, |known| Transients {
+            rate: known.rate,
+            load: loads(known),
+            drift: known.drift,
+        })
     }
 
     pub fn coupling(&self, network: &Network) -> Vec<BTreeMap<usize, f64>> {

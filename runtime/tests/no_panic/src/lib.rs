@@ -1,4 +1,4 @@
-//! Controllers of two shapes, as emitted code would make them.
+//! Controllers of three shapes, as emitted code would make them.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -62,6 +62,41 @@ pub mod robots {
         x: &[f64; 4],
         set_point: &[f64; 2],
         inbox: &mut Inbox<4, 4, 2>,
+    ) -> Step<4, 2, 2, 2, 2> {
+        node.step(x, set_point, inbox)
+    }
+}
+
+/// Robots whose dynamics nothing couples, with a row for every pair.
+pub mod changing {
+    use super::*;
+    use dpc_runtime::{HalfSpace, NotRedrawn};
+
+    type Layer = Nearest<2, 4, 0, 0>;
+    type Node<'a> = Controller<'a, Layer, 4, 2, 2, 2, 0, 4, 0, 2, 3, 10, 28, 6, 6, 6, 2>;
+
+    pub fn start<'a>(
+        tables: &'a Tables<Layer, 4, 2, 2, 2, 0, 4, 0, 2, 3, 10, 28, 6, 6, 6, 2>,
+        steady: &SteadyState<4, 2>,
+    ) -> Result<(Node<'a>, Message<2, 2>), StartError> {
+        Controller::start(tables, steady)
+    }
+
+    /// Along the way between the two.
+    pub fn redraw(node: &mut Node<'_>, row: usize, inbox: &Inbox<0, 4, 2>) -> Result<(), NotRedrawn> {
+        node.redraw(row, inbox, |meeting| {
+            let pair = meeting.pair()?;
+            let [[x, y], [z, w]] = [pair.first, pair.second];
+            let drawn: HalfSpace<2, 4> = pair.apart(&[x - z, y - w], 1.0);
+            meeting.admits(&drawn).then_some(drawn)
+        })
+    }
+
+    pub fn step(
+        node: &mut Node<'_>,
+        x: &[f64; 4],
+        set_point: &[f64; 2],
+        inbox: &mut Inbox<0, 4, 2>,
     ) -> Step<4, 2, 2, 2, 2> {
         node.step(x, set_point, inbox)
     }
