@@ -5,6 +5,8 @@
 use dpc_runtime::tables::{Clamp, Nearest};
 use dpc_runtime::{Controller, Inbox, Link, Message, Refused, StartError, StartPlan, SteadyState, Step, Tables};
 
+pub mod planar;
+
 pub mod four_tank {
     use super::*;
 

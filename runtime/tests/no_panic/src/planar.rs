@@ -1,6 +1,4 @@
 //! Rules with the needs of a robot, as a controller would call them.
-#![no_std]
-#![forbid(unsafe_code)]
 
 use dpc_planar::unicycle::{Follower, Input, Motion, Parabola, Wheels};
 use dpc_planar::{Arena, Clearance, LineOfCentres, Obstacle, Row, Rule, Sum, Tangent, Wall, Zonotope};
