@@ -14,7 +14,7 @@ use dpc_tests::{Random, cases_wanted, read};
 use nalgebra::DVector;
 
 /// Largest relative difference of two minimisers.
-const AGREE: f64 = 1e-8;
+const AGREE: f64 = 1e-9;
 
 /// Share of the distance to where the problem loses its solution, and a little beyond it.
 const REACHES: [f64; 9] = [0.2, 0.5, 0.8, 0.95, 1.0 - 1e-3, 1.0 - 1e-6, 1.0 + 1e-6, 1.0 + 1e-3, 2.0];

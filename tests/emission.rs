@@ -232,10 +232,10 @@ fn main() {
     let step = fourth.step(&con_::steady_state(&rest).x, &[3.0], &mut con_::Inbox::new());
     assert!(step.status.is_guaranteed(), "{:?}", step.status);
 
-    println!("{}", size_of_val(&type_::TABLES));
-    println!("{}", size_of_val(&tanks_1_2::TABLES));
-    println!("{}", size_of_val(&plane::TABLES));
-    println!("{}", size_of_val(&con_::TABLES));
+    println!("{}", size_of_val(&type_::TABLES) + size_of_val(type_::TABLES.problem.terminal));
+    println!("{}", size_of_val(&tanks_1_2::TABLES) + size_of_val(tanks_1_2::TABLES.problem.terminal));
+    println!("{}", size_of_val(&plane::TABLES) + size_of_val(plane::TABLES.problem.terminal));
+    println!("{}", size_of_val(&con_::TABLES) + size_of_val(con_::TABLES.problem.terminal));
 }
 "#;
 

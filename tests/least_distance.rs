@@ -34,9 +34,9 @@ pub enum Truth {
 }
 
 impl<const NV: usize> Rows<NV> for Instance<NV> {
-    fn iter(&self) -> impl Iterator<Item = Row<'_, NV>> {
+    fn iter(&self) -> impl Iterator<Item = Row<'_>> {
         self.rows.iter().map(|(normal, lower, upper, scale)| Row {
-            normal,
+            normal: &normal[..],
             lower: *lower,
             upper: *upper,
             scale: *scale,
@@ -47,7 +47,7 @@ impl<const NV: usize> Rows<NV> for Instance<NV> {
 impl<const NV: usize> Instance<NV> {
     /// The rows of another problem.
     pub fn copy(rows: &impl Rows<NV>) -> Self {
-        Self { rows: rows.iter().map(|row| (*row.normal, row.lower, row.upper, row.scale)).collect() }
+        Self { rows: rows.iter().map(|row| (padded(row.normal), row.lower, row.upper, row.scale)).collect() }
     }
 
     /// The problem of a design, as the runtime's tables mean it.
@@ -151,6 +151,10 @@ impl<const NV: usize> Instance<NV> {
         let (A, b) = self.halfspaces();
         (A * DVector::from_column_slice(w) - b).max() / self.scale()
     }
+}
+
+fn padded<const NV: usize>(normal: &[f64]) -> [f64; NV] {
+    std::array::from_fn(|k| normal.get(k).copied().unwrap_or(0.0))
 }
 
 fn size(limit: f64) -> f64 {

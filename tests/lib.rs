@@ -1,6 +1,8 @@
 //! What several test files share: the cases, and the pipeline they go through.
 
+pub mod adversarial;
 pub mod checker;
+pub mod double_double;
 pub mod exposed;
 pub mod host_loop;
 pub mod large_network;

@@ -55,20 +55,23 @@ impl<'a> Problem<'a> {
         claims.push(Claim { what: format!("{}: {what}", self.s.name), slack });
     }
 
-    /// H is the cost (34), positive definite; T = L^-T; rows of unit length; everything finite.
+    /// H is the cost (34), positive definite; T a simulation; rows of unit length; everything finite.
     fn form(&self, claims: &mut Vec<Claim>, random: &mut Random) {
         let DpcProblem { H, T, V, .. } = self.dpc;
         let n = H.nrows();
         let v = random.direction(n);
         let (cost, own) = (v.dot(&(H * &v)), self.cost(&v));
         let unit = (T.transpose() * H * T - DMatrix::identity(n, n)).amax();
-        let triangular = (0..n).all(|r| (0..r).all(|k| T[(r, k)] == 0.0) && T[(r, r)] > 0.0);
+        let (states, inputs) = (self.s.n(), self.s.m());
+        let stage = |k: usize| if k < states { 0 } else { 1 + (k - states) / inputs };
+        let place = |r: usize, k: usize| stage(k) < stage(r) || (stage(k) == stage(r) && k >= r);
+        let triangular = (0..n).all(|r| (0..n).all(|k| place(r, k) || T[(r, k)] == 0.0) && T[(r, r)] > 0.0);
         let lengths = V.row_iter().map(|row| (row.norm() - 1.0).abs()).fold(0.0, f64::max);
         let finite = H.iter().chain(T).chain(V).all(|value| value.is_finite());
         self.claim(claims, "H is the cost (34)", 1e-9 - ((cost - own) / own).abs());
         self.claim(claims, "H is positive definite", if H.clone().cholesky().is_some() { 0.0 } else { -1.0 });
         self.claim(claims, "T'HT = I", 1e-6 - unit);
-        self.claim(claims, "T is upper triangular", if triangular { 0.0 } else { -1.0 });
+        self.claim(claims, "T is a simulation stage by stage", if triangular { 0.0 } else { -1.0 });
         self.claim(claims, "rows of V have unit length", 1e-12 - lengths);
         self.claim(claims, "every entry is finite", if finite { 0.0 } else { -1.0 });
         self.doubt(claims);

@@ -5,12 +5,13 @@
 use dpc_codegen::problems::DpcProblem;
 use dpc_runtime::Loads;
 use dpc_runtime::solver::Rows;
-use dpc_runtime::tables::{self, LoadModel};
+use dpc_runtime::tables::{self, Bounds, LoadModel, NO_ROW, Stage};
 use nalgebra::DVector;
 
 use crate::unknowns::Unknowns;
 
 const STATES: usize = 4;
+const UNKNOWNS: usize = STATES + 1;
 const STRIPS: usize = 64;
 const MOST_LOADS: usize = 2;
 
@@ -23,22 +24,35 @@ pub fn doubted(dpc: &DpcProblem, e: &DVector<f64>, forecast: Option<&DVector<f64
     assert!(strips <= STRIPS && e.len() <= STATES, "{strips} rows, {} states", e.len());
     let limit = |r: usize, of: &DVector<f64>, absent: f64| if r < strips { of[r] } else { absent };
     let tube = |r: usize| if r < strips { array(dpc.rows[r].offset.as_slice()) } else { [0.0; STATES] };
-    let problem: tables::DpcProblem<STATES, 1, 1, STRIPS, STRIPS, 0, 0> = tables::DpcProblem {
-        V: [[1.0]; STRIPS],
+    let problem: tables::DpcProblem<STATES, 1, 1, UNKNOWNS, STRIPS, STRIPS, 0, 0> = tables::DpcProblem {
+        V: [[1.0; UNKNOWNS]; STRIPS],
+        extent: [UNKNOWNS as u16; STRIPS],
         lower: std::array::from_fn(|r| limit(r, &dpc.lower, f64::NEG_INFINITY)),
         upper: std::array::from_fn(|r| limit(r, &dpc.upper, f64::INFINITY)),
         tube: std::array::from_fn(tube),
         state: [],
         input: [],
-        T: [[1.0]],
+        terminal: &[],
+        shift: [NO_ROW; STRIPS],
+        root: [[0.0; STATES]; STATES],
+        stages: [STILL],
+        x: Bounds::NONE,
+        u: Bounds::NONE,
+        boxed: false,
+        staged: false,
         max_iterations: 0,
     };
     let noise: [f64; STRIPS] = std::array::from_fn(|r| limit(r, &dpc.noise, 0.0));
     let e = array(e.as_slice());
-    let mut instance = problem.at::<1>(&e, &[[0.0; STATES]], &[[0.0]]);
-    problem.doubt(&mut instance, &noise, &e, forecast.map(|dx| array(dx.as_slice())).as_ref());
+    let (x_ref, u_ref) = ([[0.0; STATES]], [[0.0]]);
+    let mut instance = problem.at(&e, &x_ref, &u_ref);
+    problem.doubt(&mut instance, &noise, forecast.map(|dx| array(dx.as_slice())).as_ref());
     instance.iter().take(strips).map(|row| (row.lower, row.upper)).collect()
 }
+
+/// A stage that plays no part.
+const STILL: Stage<STATES, 1> =
+    Stage { next: [[0.0; STATES]; STATES], drive: [[0.0]; STATES], gain: [[0.0; STATES]], spread: [[0.0]] };
 
 /// M dref and whether the load keeps what was assumed, step by step, of loads that were `start` and then `history`.
 ///

@@ -4,6 +4,7 @@
 mod condense;
 mod prune;
 mod reference;
+mod stages;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -15,6 +16,8 @@ use crate::sharing::spread;
 use crate::sizing::{Sizing, SubsystemSizing};
 use condense::Condensed;
 pub use reference::ReferenceProblem;
+use stages::Stages;
+pub use stages::{Bound, NO_ROW, Stage};
 
 /// After this point: every Hessian is positive definite, every entry finite, and no row is kept that no admissible
 /// parameter can make active.
@@ -35,8 +38,16 @@ pub struct SubsystemProblems {
 pub struct DpcProblem {
     /// Hessian, NV x NV.
     pub H: DMatrix<f64>,
-    /// L^-T of H = L L', upper triangular: v = T w.
+    /// v = T w, T'HT = I; block lower triangular, stage by stage, with upper triangular blocks on its diagonal.
     pub T: DMatrix<f64>,
+    /// dx_0 = root w_x, upper triangular.
+    pub root: DMatrix<f64>,
+    /// The rest of the simulation that T is, and the bounds of each stage.
+    pub stages: Vec<Stage>,
+    /// Whether every state and input row is a bound of one state or input, and so stands in `stages`.
+    pub boxed: bool,
+    /// Whether violated rows are looked for by the simulation, which then takes fewer operations than the rows of V.
+    pub staged: bool,
     /// V = G T: the rows in w, each of unit length; NR x NV.
     pub V: DMatrix<f64>,
     /// Limits of the scaled rows; an absent side is infinite.
@@ -59,11 +70,17 @@ pub struct DpcProblem {
 #[derive(Debug, Clone)]
 pub struct Row {
     pub kind: RowKind,
+    /// Which of the rows of its kind and stage.
+    pub ordinal: usize,
     /// In the user's names: `h1 <= 27.6 cm at step 2`.
     pub name: String,
     /// The scaled row of the offset: over e for tube rows, over xref_{t+k} or uref_{t+k} for state and input rows;
     /// empty for the others.
     pub offset: DVector<f64>,
+    /// Entries of the row of V before the zeros it ends with.
+    pub extent: usize,
+    /// The scaled row over dx_N of a terminal row; empty for the others.
+    pub end: DVector<f64>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -102,7 +119,8 @@ impl DpcProblem {
         let (facets_before, pruned) = (condensed.facets(), prune::is_tried(&condensed, s, N));
         let condensed = prune::prune(condensed, s, sized, N, network.start_anywhere);
         let facets_after = condensed.facets();
-        let T = inverse_factor(&condensed.H).ok_or_else(|| indefinite(s))?;
+        let Stages { T, root, stages } =
+            condensed.H.clone().cholesky().and_then(|_| Stages::new(s, g, N)).ok_or_else(|| indefinite(s))?;
         let mut problem = Self {
             V: DMatrix::zeros(condensed.rows.len(), T.ncols()),
             lower: DVector::zeros(condensed.rows.len()),
@@ -115,22 +133,92 @@ impl DpcProblem {
             max_iterations: ITERATIONS_PER_ROW * (condensed.rows.len() + T.ncols()),
             H: condensed.H,
             T,
+            root,
+            stages,
+            boxed: false,
+            staged: false,
         };
         for (r, row) in condensed.rows.into_iter().enumerate() {
-            problem.scale(r, row);
+            problem.scale(r, row, sized);
         }
+        problem.boxed = problem.bound();
+        if !problem.boxed {
+            problem.stages.iter_mut().for_each(Stage::unbounded);
+        }
+        problem.staged = problem.boxed && WORTH * problem.work_by_stages(s) < problem.work_by_rows();
         problem.noise.copy_from(&problem.tube_noise(s));
         if problem.is_finite() { Ok(problem) } else { Err(not_finite(s)) }
     }
 
     /// Row r in w, of unit length, with its limits and offset.
-    fn scale(&mut self, r: usize, row: condense::TwoSided) {
+    fn scale(&mut self, r: usize, row: condense::TwoSided, sized: &SubsystemSizing) {
         let in_w = self.T.tr_mul(&row.g);
         let size = in_w.norm();
-        self.V.set_row(r, &(in_w / size).transpose());
+        self.V.set_row(r, &(&in_w / size).transpose());
         self.lower[r] = row.lower / size;
         self.upper[r] = row.upper / size;
-        self.rows.push(Row { kind: row.kind, name: row.name(), offset: row.offset / size });
+        let extent = in_w.iter().rposition(|entry| *entry != 0.0).map_or(0, |last| last + 1);
+        let end = match row.kind {
+            RowKind::Terminal => sized.Sigma.P.row(row.ordinal).transpose() / size,
+            _ => DVector::zeros(0),
+        };
+        let (kind, ordinal, name) = (row.kind, row.ordinal, row.name());
+        self.rows.push(Row { kind, ordinal, name, offset: row.offset / size, extent, end });
+    }
+
+    /// Puts the bounds of single states and inputs beside their stages; false where another row is among the state and input
+    /// rows.
+    fn bound(&mut self) -> bool {
+        let mut all = true;
+        for (r, row) in self.rows.iter().enumerate() {
+            let (RowKind::State(k) | RowKind::Input(k)) = row.kind else { continue };
+            let mut entries = row.offset.iter().enumerate().filter(|(_, entry)| **entry != 0.0);
+            let (Some((at, &unit)), None) = (entries.next(), entries.next()) else {
+                all = false;
+                continue;
+            };
+            let stage = &mut self.stages[k];
+            let bounds = if matches!(row.kind, RowKind::State(_)) { &mut stage.x } else { &mut stage.u };
+            // A second row about the same entry is none that this form has room for.
+            all &= bounds[at].row == NO_ROW;
+            let ends = [self.lower[r] / unit, self.upper[r] / unit];
+            bounds[at] = Bound { low: ends[0].min(ends[1]), high: ends[0].max(ends[1]), unit, row: r };
+        }
+        all
+    }
+
+    /// Multiplications of one look at all rows by the simulation: T w, the bounds, the rows of the tube and the terminal set,
+    /// and those of the coupling outputs by V.
+    fn work_by_stages(&self, s: &Subsystem) -> usize {
+        let (n, m) = (s.n(), s.m());
+        let simulated = n * n + self.stages.len() * (n * n + 2 * n * m + m * m + COMPARED * (n + m) / 2);
+        let one = |row: &Row| match row.kind {
+            RowKind::Tube | RowKind::Terminal => n + COMPARED,
+            RowKind::CouplingOutput(_) => row.extent + COMPARED,
+            RowKind::State(_) | RowKind::Input(_) => 0,
+        };
+        simulated + self.rows.iter().map(one).sum::<usize>()
+    }
+
+    /// The same by the rows of V.
+    fn work_by_rows(&self) -> usize {
+        self.rows.iter().map(|row| row.extent + row.offset.len() + COMPARED).sum()
+    }
+
+    /// Where each row stands one step later: the row that asks the same one stage earlier. Rows of the tube and the terminal set
+    /// stay; those of stage 0 go.
+    pub fn shift(&self) -> Vec<usize> {
+        let earlier = |row: &Row| match row.kind {
+            RowKind::State(k) => k.checked_sub(1).map(RowKind::State),
+            RowKind::Input(k) => k.checked_sub(1).map(RowKind::Input),
+            RowKind::CouplingOutput(k) => k.checked_sub(1).map(RowKind::CouplingOutput),
+            RowKind::Tube | RowKind::Terminal => Some(row.kind),
+        };
+        let same = |row: &Row| {
+            let kind = earlier(row)?;
+            self.rows.iter().position(|other| other.kind == kind && other.ordinal == row.ordinal)
+        };
+        self.rows.iter().map(|row| same(row).unwrap_or(NO_ROW)).collect()
     }
 
     /// Rounded up by more than the scaling of the rows rounds.
@@ -151,11 +239,11 @@ impl DpcProblem {
 /// shifted candidate (47) stands behind it.
 const ITERATIONS_PER_ROW: usize = 4;
 
-/// L^-T of H = L L'.
-fn inverse_factor(H: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let L = H.clone().cholesky()?.l();
-    L.solve_lower_triangular(&DMatrix::identity(H.nrows(), H.nrows())).map(|inverse| inverse.transpose())
-}
+/// One multiplication waits for another in a simulation, and for none in a product of a matrix: it has to save half of them.
+const WORTH: usize = 2;
+
+/// What comparing a row with its limits costs, in multiplications; bounds are compared two at a time.
+const COMPARED: usize = 6;
 
 fn indefinite(s: &Subsystem) -> Diagnostic {
     Diagnostic::error(code::NOT_CONVEX, format!("the i-DPC problem of subsystem `{}` is not strictly convex in double precision", s.name))

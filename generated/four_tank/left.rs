@@ -7,7 +7,9 @@
 // Fits dpc-runtime 0.1. Numbers are in the units of system.toml, as deviations from its operating point.
 
 use dpc_runtime::StartError;
-use dpc_runtime::tables::{Clamp, DpcProblem, Link, Model, StageRow, Tables};
+use dpc_runtime::tables::{
+    Bounds, Clamp, DpcProblem, Link, Model, Stage, StageRow, Tables,
+};
 
 const _: () = assert!(dpc_runtime::fits(0, 1), "made for dpc-runtime 0.1");
 
@@ -191,72 +193,107 @@ pub static TABLES: Parts = Tables {
     problem: DpcProblem {
         // Rows of unit length in w: (35a), (35c), (35d), (35b), (36)
         V: [
-            [-0.8832497438213919, -0.017007785506841823, 0.27423234462336854, 0.27068198823946105, 0.2666617851824688], // (35a) x - xhat in E, normal 1
-            [0.0, -0.9899065857272833, 0.08359081424320597, 0.08185029314849121, 0.07998785419935034], // (35a) x - xhat in E, normal 2
-            [0.8832497438213919, 0.017007785506841823, -0.27423234462336854, -0.27068198823946105, -0.2666617851824688], // h1 >= -12.4 cm at step 0
-            [0.0, 0.9899065857272833, -0.08359081424320597, -0.08185029314849121, -0.07998785419935034], // h2 >= -1.4 cm at step 0
-            [0.0, 0.9933517696002561, 0.002959814663020087, -0.0823045590515483, -0.08043295896913641], // h2 >= -1.4 cm at step 1
-            [0.0, 0.9966884936363142, 0.0029697568456693866, 0.005928803977455289, -0.081043670207176], // h2 >= -1.4 cm at step 2
-            [0.0, 0.0, 0.9999962545195064, -0.0019506872059609614, -0.0019198349885036943], // v1 >= -3 V at step 0, v1 <= 3 V at step 0
-            [0.0, 0.0, 0.0, 0.9999925988507419, -0.003847368417378795], // v1 >= -3 V at step 1, v1 <= 3 V at step 1
-            [0.0, 0.0, 0.0, 0.0, 1.0], // v1 >= -3 V at step 2, v1 <= 3 V at step 2
-            [0.9995942425338182, 0.019248105747910717, 0.005632802426015632, 0.011244142953758687, 0.016813729640510415], // (36) terminal set, normal 1
-            [0.0, 0.9999383003903463, 0.0029794400475087867, 0.0059481354609953055, 0.00889595604790855], // (36) terminal set, normal 2
+            [-0.9965291508870844, -0.08324452794188075, 0.0, 0.0, 0.0], // (35a) x - xhat in E, normal 1
+            [0.0, -1.0, 0.0, 0.0, 0.0], // (35a) x - xhat in E, normal 2
+            [0.9965291508870844, 0.08324452794188075, 0.0, 0.0, 0.0], // h1 >= -12.4 cm at step 0
+            [0.0, 1.0, 0.0, 0.0, 0.0], // h2 >= -1.4 cm at step 0
+            [-0.023202963184688754, 0.9962483574341257, 0.08337165471103776, 0.0, 0.0], // h2 >= -1.4 cm at step 1
+            [-0.04662834594623166, 0.9923774943090963, 0.07634871821599334, 0.08475599902008754, 0.0], // h2 >= -1.4 cm at step 2
+            [-0.26718634114127693, -0.08327727335464563, 0.9600397673274544, 0.0, 0.0], // v1 >= -3 V at step 0, v1 <= 3 V at step 0
+            [-0.2637816644199792, -0.08154194461823432, -0.08250984775871968, 0.9575814690179292, 0.0], // v1 >= -3 V at step 1, v1 <= 3 V at step 1
+            [-0.26090880912727116, -0.07998785419935034, -0.08155107541837237, -0.08972757214434035, 0.9543725275779693], // v1 >= -3 V at step 2, v1 <= 3 V at step 2
+            [0.8758283686399616, 0.016317745549369118, 0.25097589785082225, 0.27595082854467634, 0.30581144319519793], // (36) terminal set, normal 1
+            [-0.07031536881109073, 0.988398029991297, 0.06924143794777243, 0.07693857985772068, 0.0860881026546951], // (36) terminal set, normal 2
         ],
+        // Entries of each row before its last zeros
+        extent: [2, 2, 2, 2, 3, 4, 3, 4, 5, 5, 5],
         // Lower limits of the rows
         lower: [
-            -34.5997360271712, // (35a) x - xhat in E, normal 1
-            -0.6581066975494317, // (35a) x - xhat in E, normal 2
-            -47.85212573413086, // h1 >= -12.4 cm at step 0
-            -6.987741258647733, // h2 >= -1.4 cm at step 0
-            -7.129700843045991, // h2 >= -1.4 cm at step 1
-            -7.273665384959818, // h2 >= -1.4 cm at step 2
-            -2.8742933053180484, // v1 >= -3 V at step 0, v1 <= 3 V at step 0
+            -34.599736027171204, // (35a) x - xhat in E, normal 1
+            -0.6581066975494319, // (35a) x - xhat in E, normal 2
+            -47.85212573413087, // h1 >= -12.4 cm at step 0
+            -6.987741258647734, // h2 >= -1.4 cm at step 0
+            -7.12970084304599, // h2 >= -1.4 cm at step 1
+            -7.273665384959819, // h2 >= -1.4 cm at step 2
+            -2.874293305318049, // v1 >= -3 V at step 0, v1 <= 3 V at step 0
             -2.877051114957887, // v1 >= -3 V at step 1, v1 <= 3 V at step 1
             -2.8797612241782145, // v1 >= -3 V at step 2, v1 <= 3 V at step 2
-            -40.485875326072666, // (36) terminal set, normal 1
-            -0.7055512912142639, // (36) terminal set, normal 2
+            -40.48587532607268, // (36) terminal set, normal 1
+            -0.705551291214264, // (36) terminal set, normal 2
         ],
         // Upper limits of the rows
         upper: [
-            34.5997360271712, // (35a) x - xhat in E, normal 1
-            0.6581066975494317, // (35a) x - xhat in E, normal 2
+            34.599736027171204, // (35a) x - xhat in E, normal 1
+            0.6581066975494319, // (35a) x - xhat in E, normal 2
             f64::INFINITY, // h1 >= -12.4 cm at step 0
             f64::INFINITY, // h2 >= -1.4 cm at step 0
             f64::INFINITY, // h2 >= -1.4 cm at step 1
             f64::INFINITY, // h2 >= -1.4 cm at step 2
-            2.8742933053180484, // v1 >= -3 V at step 0, v1 <= 3 V at step 0
+            2.874293305318049, // v1 >= -3 V at step 0, v1 <= 3 V at step 0
             2.877051114957887, // v1 >= -3 V at step 1, v1 <= 3 V at step 1
             2.8797612241782145, // v1 >= -3 V at step 2, v1 <= 3 V at step 2
-            40.485875326072666, // (36) terminal set, normal 1
-            0.7055512912142639, // (36) terminal set, normal 2
+            40.48587532607268, // (36) terminal set, normal 1
+            0.705551291214264, // (36) terminal set, normal 2
         ],
         // Offsets of the first rows, over e = x - xref
         tube: [
-            [6.649343690427648, 0.0], // (35a) x - xhat in E, normal 1
-            [0.0, 5.461319968712275], // (35a) x - xhat in E, normal 2
+            [6.64934369042765, 0.0], // (35a) x - xhat in E, normal 1
+            [0.0, 5.461319968712276], // (35a) x - xhat in E, normal 2
         ],
         // Offsets of the next rows, over xref_{t+k}, k the stage
         state: [
-            StageRow { stage: 0, row: [6.649343690427648, 0.0] }, // h1 >= -12.4 cm at step 0
-            StageRow { stage: 0, row: [0.0, 5.461319968712275] }, // h2 >= -1.4 cm at step 0
-            StageRow { stage: 1, row: [0.0, 5.572269513683598] }, // h2 >= -1.4 cm at step 1
-            StageRow { stage: 2, row: [0.0, 5.684786047773564] }, // h2 >= -1.4 cm at step 2
+            StageRow { stage: 0, row: [6.64934369042765, 0.0] }, // h1 >= -12.4 cm at step 0
+            StageRow { stage: 0, row: [0.0, 5.461319968712276] }, // h2 >= -1.4 cm at step 0
+            StageRow { stage: 1, row: [0.0, 5.572269513683597] }, // h2 >= -1.4 cm at step 1
+            StageRow { stage: 2, row: [0.0, 5.6847860477735646] }, // h2 >= -1.4 cm at step 2
         ],
         // Offsets of the next rows, over uref_{t+k}, k the stage
         input: [
-            StageRow { stage: 0, row: [1.0009848718575687] }, // v1 >= -3 V at step 0, v1 <= 3 V at step 0
+            StageRow { stage: 0, row: [1.000984871857569] }, // v1 >= -3 V at step 0, v1 <= 3 V at step 0
             StageRow { stage: 1, row: [1.0019452907973596] }, // v1 >= -3 V at step 1, v1 <= 3 V at step 1
             StageRow { stage: 2, row: [1.0028890978631209] }, // v1 >= -3 V at step 2, v1 <= 3 V at step 2
         ],
-        // L^-T of H = L L': (dx_0, du_0, ..., du_{N-1}) = T w
-        T: [
-            [0.13283262002126803, 0.0025578141691376425, -0.04124201686523613, -0.0407080759908881, -0.04010347450777035],
-            [0.0, 0.18125775296053442, -0.015305972680980976, -0.014987272970162684, -0.014646249378831154],
-            [0.0, 0.0, 0.9990123553653436, -0.0019487679192803295, -0.001917946057407419],
-            [0.0, 0.0, 0.0, 0.9980510992321111, -0.003839898697779212],
-            [0.0, 0.0, 0.0, 0.0, 0.9971192249778398],
+        // The rows (36) over dx_N
+        terminal: &[],
+        // The row that asks the same one stage earlier
+        shift: [0, 1, 65535, 65535, 3, 4, 65535, 6, 7, 9, 10],
+        // T'HT = I, v = T w by simulation: dx_0 = root w_x
+        root: [
+            [0.14986879867883518, 0.012519209687073178],
+            [0.0, 0.18310591683493502],
         ],
+        // du_k = gain dx_k + spread w_k, dx_{k+1} = next dx_k + drive w_k
+        stages: [
+            Stage { next: [[0.917830317434003, -0.013868737018727255], [-0.027784341679365752, 0.9783116955037855]], drive: [[0.039994269067486245], [0.014961884831002047]], gain: [[-1.7810475435490867, -0.3325836215522123]], spread: [[0.9590951814744902]] }, // step 0
+            Stage { next: [[0.9118359829037765, -0.014963346336411375], [-0.030026826539594396, 0.9779022013705512]], drive: [[0.03985362037708663], [0.014909268054737445]], gain: [[-1.9247965730509229, -0.358833245477491]], spread: [[0.9557223112011183]] }, // step 1
+            Stage { next: [[0.9045843178688502, -0.016301548974240885], [-0.03273967964618555, 0.9774015788010034]], drive: [[0.03968268723311324], [0.014845321842603513]], gain: [[-2.0986974132170224, -0.3909244358331147]], spread: [[0.9516231950386868]] }, // step 2
+        ],
+        // Bounds of xhat_k, what they are multiplied by in their rows, and the rows
+        x: Bounds {
+            // Lower ends
+            low: [[-7.1965186282998825, -1.2794967697699962], [f64::NEG_INFINITY, -1.2794967697699962], [f64::NEG_INFINITY, -1.2794967697699962]],
+            // Upper ends
+            high: [[f64::INFINITY, f64::INFINITY], [f64::INFINITY, f64::INFINITY], [f64::INFINITY, f64::INFINITY]],
+            // Factors
+            unit: [[6.64934369042765, 5.461319968712276], [0.0, 5.572269513683597], [0.0, 5.6847860477735646]],
+            // Rows
+            row: [[2, 3], [65535, 4], [65535, 5]],
+        },
+        // The same of uhat_k
+        u: Bounds {
+            // Lower ends
+            low: [[-2.8714652799738163], [-2.8714652799738163], [-2.8714652799738163]],
+            // Upper ends
+            high: [[2.8714652799738163], [2.8714652799738163], [2.8714652799738163]],
+            // Factors
+            unit: [[1.000984871857569], [1.0019452907973596], [1.0028890978631209]],
+            // Rows
+            row: [[6], [7], [8]],
+        },
+        // Whether these bounds are all state and input rows
+        boxed: true,
+        // Whether violated rows are looked for by the simulation
+        staged: false,
         // Working-set changes before the shifted candidate (47) is used
         max_iterations: 64,
     },

@@ -7,7 +7,9 @@
 // Fits dpc-runtime 0.1. Numbers are in the units of system.toml, as deviations from its operating point.
 
 use dpc_runtime::StartError;
-use dpc_runtime::tables::{Clamp, DpcProblem, Link, Model, StageRow, Tables};
+use dpc_runtime::tables::{
+    Bounds, Clamp, DpcProblem, Link, Model, Stage, StageRow, Tables,
+};
 
 const _: () = assert!(dpc_runtime::fits(0, 1), "made for dpc-runtime 0.1");
 
@@ -191,68 +193,103 @@ pub static TABLES: Parts = Tables {
     problem: DpcProblem {
         // Rows of unit length in w: (35a), (35c), (35d), (35b), (36)
         V: [
-            [0.0, -0.9821770853594349, 0.1111777405344727, 0.10852772926230025, 0.10578003112905297], // (35a) x - xhat in E, normal 1
-            [0.8286131749782508, 0.3305877724307939, -0.2639939980390804, -0.26093871041890365, -0.25754628589045847], // (35a) x - xhat in E, normal 2
-            [0.0, 0.9821770853594349, -0.1111777405344727, -0.10852772926230025, -0.10578003112905297], // h4 >= -1.8 cm at step 0
-            [0.0, 0.9882553299147835, 0.004884311461838439, -0.1093738524860323, -0.1066063168340866], // h4 >= -1.8 cm at step 1
-            [0.0, 0.9941343885352472, 0.004913367873208579, 0.009814272534325772, -0.10759347750869752], // h4 >= -1.8 cm at step 2
-            [0.0, 0.0, 0.9999978021518517, -0.0014945975526839967, -0.0014703297661756158], // v2 >= -3 V at step 0, v2 <= 3 V at step 0
-            [0.0, 0.0, 0.0, 0.9999956624764981, -0.0029453400805061255], // v2 >= -3 V at step 1, v2 <= 3 V at step 1
-            [0.0, 0.0, 0.0, 0.0, 1.0], // v2 >= -3 V at step 2, v2 <= 3 V at step 2
-            [0.9996770854530815, 0.021573106066060773, 0.003599330170227849, 0.007188131044682354, 0.010756463596594172], // (36) terminal set, normal 1
-            [0.0, 0.9998299093935498, 0.004941517175283923, 0.009870499735167966, 0.014775213198810722], // (36) terminal set, normal 2
+            [0.0, -1.0, 0.0, 0.0, 0.0], // (35a) x - xhat in E, normal 1
+            [0.912261484057051, 0.40960833085525367, 0.0, 0.0, 0.0], // (35a) x - xhat in E, normal 2
+            [0.0, 1.0, 0.0, 0.0, 0.0], // h4 >= -1.8 cm at step 0
+            [-0.027875836214336605, 0.9932456281784775, 0.11263241034308569, 0.0, 0.0], // h4 >= -1.8 cm at step 1
+            [-0.056397209284049184, 0.9861858797362166, 0.10460926009234311, 0.11538486944486333, 0.0], // h4 >= -1.8 cm at step 2
+            [-0.23876450371058464, -0.11085975937569174, 0.9647287833992525, 0.0, 0.0], // v2 >= -3 V at step 0, v2 <= 3 V at step 0
+            [-0.2366130419513809, -0.10821570035532238, -0.07254041103354784, 0.9628299534924146, 0.0], // v2 >= -3 V at step 1, v2 <= 3 V at step 1
+            [-0.23482072590546146, -0.105780031129053, -0.0717962745981505, -0.0780638133450909, 0.9604275858696576], // v2 >= -3 V at step 2, v2 <= 3 V at step 2
+            [0.9012237749768365, 0.018870514448344495, 0.22891925192195758, 0.2482740581519547, 0.2709161849155682], // (36) terminal set, normal 1
+            [-0.08559976814727456, 0.9788264941139339, 0.09637870715855056, 0.10644523740630192, 0.11811828966641894], // (36) terminal set, normal 2
         ],
+        // Entries of each row before its last zeros
+        extent: [2, 2, 2, 3, 4, 3, 4, 5, 5, 5],
         // Lower limits of the rows
         lower: [
-            -0.6556752656878679, // (35a) x - xhat in E, normal 1
-            -33.8664938635084, // (35a) x - xhat in E, normal 2
+            -0.6556752656878678, // (35a) x - xhat in E, normal 1
+            -33.86649386350841, // (35a) x - xhat in E, normal 2
             -8.054510143420568, // h4 >= -1.8 cm at step 0
             -8.275662025022337, // h4 >= -1.8 cm at step 1
-            -8.500861158640475, // h4 >= -1.8 cm at step 2
+            -8.500861158640474, // h4 >= -1.8 cm at step 2
             -2.8828257860334814, // v2 >= -3 V at step 0, v2 <= 3 V at step 0
-            -2.884944394126995, // v2 >= -3 V at step 1, v2 <= 3 V at step 1
-            -2.887017827912942, // v2 >= -3 V at step 2, v2 <= 3 V at step 2
+            -2.8849443941269954, // v2 >= -3 V at step 1, v2 <= 3 V at step 1
+            -2.8870178279129424, // v2 >= -3 V at step 2, v2 <= 3 V at step 2
             -41.39626581186901, // (36) terminal set, normal 1
-            -0.7039166234860048, // (36) terminal set, normal 2
+            -0.7039166234860047, // (36) terminal set, normal 2
         ],
         // Upper limits of the rows
         upper: [
-            0.6556752656878679, // (35a) x - xhat in E, normal 1
-            33.8664938635084, // (35a) x - xhat in E, normal 2
+            0.6556752656878678, // (35a) x - xhat in E, normal 1
+            33.86649386350841, // (35a) x - xhat in E, normal 2
             f64::INFINITY, // h4 >= -1.8 cm at step 0
             f64::INFINITY, // h4 >= -1.8 cm at step 1
             f64::INFINITY, // h4 >= -1.8 cm at step 2
             2.8828257860334814, // v2 >= -3 V at step 0, v2 <= 3 V at step 0
-            2.884944394126995, // v2 >= -3 V at step 1, v2 <= 3 V at step 1
-            2.887017827912942, // v2 >= -3 V at step 2, v2 <= 3 V at step 2
+            2.8849443941269954, // v2 >= -3 V at step 1, v2 <= 3 V at step 1
+            2.8870178279129424, // v2 >= -3 V at step 2, v2 <= 3 V at step 2
             41.39626581186901, // (36) terminal set, normal 1
-            0.7039166234860048, // (36) terminal set, normal 2
+            0.7039166234860047, // (36) terminal set, normal 2
         ],
         // Offsets of the first rows, over e = x - xref
         tube: [
-            [0.0, 4.838991893949144], // (35a) x - xhat in E, normal 1
-            [-7.410980861176058, -1.5406416774875145], // (35a) x - xhat in E, normal 2
+            [0.0, 4.838991893949143], // (35a) x - xhat in E, normal 1
+            [-7.41098086117606, -1.5406416774875147], // (35a) x - xhat in E, normal 2
         ],
         // Offsets of the next rows, over xref_{t+k}, k the stage
         state: [
-            StageRow { stage: 0, row: [0.0, 4.838991893949144] }, // h4 >= -1.8 cm at step 0
+            StageRow { stage: 0, row: [0.0, 4.838991893949143] }, // h4 >= -1.8 cm at step 0
             StageRow { stage: 1, row: [0.0, 4.971855611710642] }, // h4 >= -1.8 cm at step 1
-            StageRow { stage: 2, row: [0.0, 5.1071508391916955] }, // h4 >= -1.8 cm at step 2
+            StageRow { stage: 2, row: [0.0, 5.107150839191695] }, // h4 >= -1.8 cm at step 2
         ],
         // Offsets of the next rows, over uref_{t+k}, k the stage
         input: [
             StageRow { stage: 0, row: [1.0007560587705637] }, // v2 >= -3 V at step 0, v2 <= 3 V at step 0
-            StageRow { stage: 1, row: [1.0014915211408588] }, // v2 >= -3 V at step 1, v2 <= 3 V at step 1
+            StageRow { stage: 1, row: [1.001491521140859] }, // v2 >= -3 V at step 1, v2 <= 3 V at step 1
             StageRow { stage: 2, row: [1.0022113015153091] }, // v2 >= -3 V at step 2, v2 <= 3 V at step 2
         ],
-        // L^-T of H = L L': (dx_0, du_0, ..., du_{N-1}) = T w
-        T: [
-            [0.11180884021966792, 0.0024128431113222154, -0.030845734767601187, -0.030547316084590926, -0.03020760255792073],
-            [0.0, 0.20297142605003862, -0.022975393009749302, -0.0224277559542944, -0.021859931458311447],
-            [0.0, 0.0, 0.999242316234744, -0.0014934684027995003, -0.001469218950302361],
-            [0.0, 0.0, 0.0, 0.9985063691176769, -0.002940953586058235],
-            [0.0, 0.0, 0.0, 0.0, 0.997793577549998],
+        // The rows (36) over dx_N
+        terminal: &[],
+        // The row that asks the same one stage earlier
+        shift: [0, 1, 65535, 2, 3, 65535, 5, 6, 8, 9],
+        // T'HT = I, v = T w by simulation: dx_0 = root w_x
+        root: [
+            [0.12309591687601293, 0.012309790299724878],
+            [0.0, 0.20665461358809828],
         ],
+        // du_k = gain dx_k + spread w_k, dx_{k+1} = next dx_k + drive w_k
+        stages: [
+            Stage { next: [[0.9342220775210662, -0.013080400967641447], [-0.04554762631044837, 0.9694160957318464]], drive: [[0.029980398220697], [0.022653998655510595]], gain: [[-1.9381968642743987, -0.4205916709852555]], spread: [[0.963999942787685]] }, // step 0
+            Stage { next: [[0.9299248123604668, -0.01397797699452781], [-0.04879475593340939, 0.9687378630427201]], drive: [[0.02989941594263631], [0.02259280625890525]], gain: [[-2.0763725929110377, -0.4494526364799939]], spread: [[0.9613960110172448]] }, // step 1
+            Stage { next: [[0.9248573324599811, -0.015055800884860927], [-0.05262388061705608, 0.9679234301995423]], drive: [[0.029803393631048655], [0.022520249206740946]], gain: [[-2.239314068810897, -0.48410935321096227]], spread: [[0.9583084768825935]] }, // step 2
+        ],
+        // Bounds of xhat_k, what they are multiplied by in their rows, and the rows
+        x: Bounds {
+            // Lower ends
+            low: [[f64::NEG_INFINITY, -1.6645016813299955], [f64::NEG_INFINITY, -1.6645016813299955], [f64::NEG_INFINITY, -1.6645016813299955]],
+            // Upper ends
+            high: [[f64::INFINITY, f64::INFINITY], [f64::INFINITY, f64::INFINITY], [f64::INFINITY, f64::INFINITY]],
+            // Factors
+            unit: [[0.0, 4.838991893949143], [0.0, 4.971855611710642], [0.0, 5.107150839191695]],
+            // Rows
+            row: [[65535, 2], [65535, 3], [65535, 4]],
+        },
+        // The same of uhat_k
+        u: Bounds {
+            // Lower ends
+            low: [[-2.8806478469638788], [-2.8806478469638788], [-2.880647846963879]],
+            // Upper ends
+            high: [[2.8806478469638788], [2.8806478469638788], [2.880647846963879]],
+            // Factors
+            unit: [[1.0007560587705637], [1.001491521140859], [1.0022113015153091]],
+            // Rows
+            row: [[5], [6], [7]],
+        },
+        // Whether these bounds are all state and input rows
+        boxed: true,
+        // Whether violated rows are looked for by the simulation
+        staged: false,
         // Working-set changes before the shifted candidate (47) is used
         max_iterations: 60,
     },

@@ -78,6 +78,8 @@ pub struct Controller<
     y_before: [f64; NJ],
     max_iterations: usize,
     degraded: bool,
+    /// Kept for its memory alone.
+    solver: Solver<NV>,
 }
 
 /// A plan and the rows that hold with equality in it.
@@ -242,6 +244,7 @@ impl<
         const {
             assert!(N > 0, "the horizon is at least 1");
             assert!(NV == NX + N * NU, "the unknowns are dx_0, du_0, ..., du_{{N-1}}");
+            assert!(NR < 65535, "rows are counted in 16 bits");
             assert!(NT + NS + NQ <= NR, "there are at least as many rows as rows with offsets");
         }
         Self {
@@ -262,6 +265,7 @@ impl<
             y_before: [0.0; NJ],
             max_iterations: tables.problem.max_iterations,
             degraded: false,
+            solver: Solver::NEW,
         }
     }
 
@@ -463,19 +467,24 @@ impl<
     /// Solves the i-DPC problem and plans its solution, or leaves the candidate in its place and says why.
     fn control(&mut self, e: &[f64; NX]) -> Control {
         let problem = &self.tables.problem;
-        let mut instance = problem.at(e, &self.trajectory.x, &self.trajectory.u);
+        let (x_ref, u_ref) = (&self.trajectory.x, &self.trajectory.u);
+        if self.noise.is_none() && problem.rests(e, x_ref, u_ref) {
+            self.present = Present::Rest;
+            return Control::AtReference;
+        }
+        let mut instance = problem.at(e, x_ref, u_ref);
         if let Some(noise) = self.noise {
             let forecast = self.forecast.then_some(&self.candidate.plan.dx);
-            self.relied = problem.doubt(&mut instance, noise, e, forecast);
+            self.relied = problem.doubt(&mut instance, noise, forecast);
         }
-        if instance.rests() {
+        if self.noise.is_some() && instance.rests() {
             self.present = Present::Rest;
             return Control::AtReference;
         }
         if !instance.is_finite() {
             return Control::NotFinite;
         }
-        let mut solver = Solver::NEW;
+        let solver = &mut self.solver;
         match solver.solve(&instance, &self.candidate.active, self.max_iterations) {
             Outcome::Optimal { iterations } => {
                 let active = solver.working_set();
@@ -494,7 +503,8 @@ impl<
             Present::Rest => self.candidate = Planned::REST,
             Present::Candidate => self.candidate.plan = self.candidate.plan.shifted(&self.tables.model),
             Present::Solved(Planned { plan, active }) => {
-                self.candidate = Planned { plan: plan.shifted(&self.tables.model), active: *active };
+                let active = self.tables.problem.shifted(active);
+                self.candidate = Planned { plan: plan.shifted(&self.tables.model), active };
             }
         }
         self.present = Present::Candidate;

@@ -1,42 +1,73 @@
 //! The factor L D L' of a growing and shrinking Gram matrix.
 #![expect(non_snake_case, reason = "L D L' is the factor's name everywhere")]
 
-use crate::linear::{close_gap, dot};
+use crate::linear::{add_scaled, close_gap, dot_of};
 
 /// L D L' = N'N for a matrix N of at most `NV` independent columns; L is unit lower triangular, D positive.
 ///
-/// Columns are appended and removed without factoring anew: O(NV^2) each. Entries on and above L's diagonal are
-/// stored as zeros.
+/// Columns are appended and removed without factoring anew: O(len^2) each. What lies on and above L's diagonal, and
+/// beyond the columns there are, is left over from before and never read.
 #[derive(Debug, Clone)]
 pub struct Factor<const NV: usize> {
     L: [[f64; NV]; NV],
     D: [f64; NV],
+    /// 1 / D.
+    inverse: [f64; NV],
     len: usize,
+}
+
+/// What appending a column would append: its row of L, and its squared distance from the span of the others.
+#[derive(Debug, Clone, Copy)]
+pub struct Column<const NV: usize> {
+    pub row: [f64; NV],
+    pub pivot: f64,
 }
 
 impl<const NV: usize> Factor<NV> {
     /// The factor of the matrix without columns.
-    pub const EMPTY: Self = Self { L: [[0.0; NV]; NV], D: [0.0; NV], len: 0 };
+    pub const EMPTY: Self = Self { L: [[0.0; NV]; NV], D: [0.0; NV], inverse: [0.0; NV], len: 0 };
 
-    /// Solves L D L' x = b; entries of `b` beyond the columns are ignored, those of `x` are zero.
-    pub fn solve(&self, b: &[f64; NV]) -> [f64; NV] {
-        let mut x = self.forward(b);
-        for (i, row) in self.L.iter().enumerate().take(self.len).rev() {
-            let solved = x.get(i).copied().unwrap_or(0.0);
-            for (x, l) in x.iter_mut().zip(row) {
-                *x -= l * solved;
-            }
-        }
-        x
+    /// Forgets all columns.
+    pub fn clear(&mut self) {
+        self.len = 0;
     }
 
-    /// Appends a column: `products` are its inner products with the columns there are, `pivot` > 0 its squared
-    /// distance from their span. Does nothing when all `NV` places are taken.
-    pub fn push(&mut self, products: &[f64; NV], pivot: f64) {
-        let row = self.forward(products);
-        if let (Some(l), Some(d)) = (self.L.get_mut(self.len), self.D.get_mut(self.len)) {
-            *l = row;
-            *d = pivot;
+    /// Solves L D L' x = b in place; entries beyond the columns are left alone.
+    pub fn solve(&self, b: &mut [f64; NV]) {
+        self.forward(b);
+        for (value, inverse) in b.iter_mut().zip(&self.inverse).take(self.len) {
+            *value *= inverse;
+        }
+        self.backward(b);
+    }
+
+    /// `products` are the inner products of the new column with those there are, `square` that with itself.
+    pub fn column(&self, products: &[f64; NV], square: f64) -> Column<NV> {
+        let mut row = *products;
+        self.forward(&mut row);
+        let mut pivot = square;
+        for (value, inverse) in row.iter_mut().zip(&self.inverse).take(self.len) {
+            let scaled = *value * inverse;
+            pivot -= *value * scaled;
+            *value = scaled;
+        }
+        Column { row, pivot }
+    }
+
+    /// The coefficients over the columns there are of the one nearest to `column` in their span.
+    pub fn combination(&self, column: &Column<NV>) -> [f64; NV] {
+        let mut coefficients = column.row;
+        self.backward(&mut coefficients);
+        coefficients
+    }
+
+    /// Appends a column with `pivot` > 0. Does nothing when all `NV` places are taken.
+    pub fn push(&mut self, column: &Column<NV>) {
+        let places = (self.L.get_mut(self.len), self.D.get_mut(self.len), self.inverse.get_mut(self.len));
+        if let (Some(l), Some(d), Some(inverse)) = places {
+            *l = column.row;
+            *d = column.pivot;
+            *inverse = 1.0 / column.pivot;
             self.len += 1;
         }
     }
@@ -44,11 +75,10 @@ impl<const NV: usize> Factor<NV> {
     /// Appends a column by its Gram entries alone. Refuses one that lies within 1e-7 of the others' span, relative to
     /// its length.
     pub fn push_gram(&mut self, products: &[f64; NV], square: f64) -> bool {
-        let row = self.forward(products);
-        let pivot = row.iter().zip(&self.D).fold(square, |pivot, (l, d)| pivot - d * l * l);
-        let independent = pivot > 1e-14 * square;
+        let column = self.column(products, square);
+        let independent = column.pivot > 1e-14 * square;
         if independent {
-            self.push(products, pivot);
+            self.push(&column);
         }
         independent
     }
@@ -56,29 +86,42 @@ impl<const NV: usize> Factor<NV> {
     /// Removes column `at`.
     pub fn remove(&mut self, at: usize) {
         let Some(&removed) = self.D.get(at) else { return };
-        let mut column = self.L.each_ref().map(|row| row.get(at).copied().unwrap_or(0.0));
-        close_gap(&mut column, at);
-        close_gap(&mut self.D, at);
-        close_gap(&mut self.L, at);
-        for row in self.L.iter_mut().skip(at) {
-            close_gap(row, at);
+        let len = self.len;
+        let mut column = [0.0; NV];
+        for (value, row) in column.iter_mut().zip(&self.L).take(len).skip(at + 1) {
+            *value = row.get(at).copied().unwrap_or(0.0);
         }
-        self.len = self.len.saturating_sub(1);
+        close_gap(&mut column, at);
+        close_gap(self.D.get_mut(..len).unwrap_or_default(), at);
+        close_gap(self.inverse.get_mut(..len).unwrap_or_default(), at);
+        close_gap(self.L.get_mut(..len).unwrap_or_default(), at);
+        for row in self.L.iter_mut().take(len).skip(at) {
+            close_gap(row.get_mut(..len).unwrap_or_default(), at);
+        }
+        self.len = len.saturating_sub(1);
         self.add_outer(at, removed, column);
     }
 
-    /// D^-1 L^-1 b.
-    fn forward(&self, b: &[f64; NV]) -> [f64; NV] {
-        let mut scaled = [0.0; NV];
-        let mut solved = [0.0; NV];
-        for (i, ((row, b), d)) in self.L.iter().zip(b).zip(&self.D).enumerate().take(self.len) {
-            let value = b - dot(row, &solved);
-            if let (Some(solved), Some(scaled)) = (solved.get_mut(i), scaled.get_mut(i)) {
-                *solved = value;
-                *scaled = value / d;
+    /// b := L^-1 b.
+    #[inline]
+    fn forward(&self, b: &mut [f64; NV]) {
+        for (i, row) in self.L.iter().enumerate().take(self.len) {
+            if let Some((done, rest)) = b.split_at_mut_checked(i)
+                && let Some(value) = rest.first_mut()
+            {
+                *value -= dot_of(row, done);
             }
         }
-        scaled
+    }
+
+    /// b := L^-T b.
+    #[inline]
+    fn backward(&self, b: &mut [f64; NV]) {
+        for (i, row) in self.L.iter().enumerate().take(self.len).rev() {
+            if let Some((earlier, rest)) = b.split_at_mut_checked(i) {
+                add_scaled(earlier, -rest.first().copied().unwrap_or(0.0), row);
+            }
+        }
     }
 
     /// L D L' += weight a a', where only entries of `a` from `from` on count (Gill, Golub, Murray and Saunders,
@@ -86,10 +129,13 @@ impl<const NV: usize> Factor<NV> {
     fn add_outer(&mut self, from: usize, weight: f64, mut a: [f64; NV]) {
         let mut weight = weight;
         for c in from..self.len {
-            let (Some(&p), Some(d)) = (a.get(c), self.D.get_mut(c)) else { return };
+            let (Some(&p), Some(d), Some(inverse)) = (a.get(c), self.D.get_mut(c), self.inverse.get_mut(c)) else {
+                return;
+            };
             let sum = *d + weight * p * p;
-            let beta = weight * p / sum;
-            weight *= *d / sum;
+            *inverse = 1.0 / sum;
+            let beta = weight * p * *inverse;
+            weight *= *d * *inverse;
             *d = sum;
             for (row, a) in self.L.iter_mut().zip(&mut a).take(self.len).skip(c + 1) {
                 if let Some(l) = row.get_mut(c) {
@@ -132,7 +178,8 @@ mod tests {
                 len += 1;
             }
             let b: [f64; 6] = core::array::from_fn(|_| uniform());
-            let x = factor.solve(&b);
+            let mut x = b;
+            factor.solve(&mut x);
             for i in 0..len {
                 let left = (0..len).fold(0.0, |sum, j| sum + dot(&columns[i], &columns[j]) * x[j]);
                 let size = (0..len).fold(1.0, |size: f64, j| size.max(x[j].abs()));

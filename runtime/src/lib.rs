@@ -26,8 +26,8 @@
 //! [`Controller::step`] does, at step t,
 //! 1. the input ([`Controller::input`]): e = x_t - xref_t. If e lies in E_i and the references keep their margins,
 //!    xhat = xref and uhat = uref solve (33)-(36), which is one test per row; otherwise a least-distance problem is
-//!    solved by a dual active-set method ([`solver`]), started from the rows that were active at the step before. Then
-//!    u_t = uhat_t + K_i (x_t - xhat_t), (38).
+//!    solved by a dual active-set method ([`solver`]), started from the rows that were active at the step before, each at
+//!    its place one stage earlier. Then u_t = uhat_t + K_i (x_t - xhat_t), (38).
 //! 2. the references ([`Controller::references`]): yref_{t+N} by the reference-output layer ([`ReferenceLayer`]), (28)-(31), and
 //!    from it eref, xref, uref and zref at t + N, (7).
 //!

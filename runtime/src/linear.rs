@@ -1,19 +1,39 @@
 //! Small dense linear algebra on arrays. Nothing here indexes, so nothing here can panic.
 
-/// Inner product, summed in four independent accumulators: shorter dependency chains, smaller rounding errors.
-#[inline]
+/// Inner product, summed in several independent accumulators: shorter dependency chains, smaller rounding errors.
+#[inline(always)]
 pub fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
+    // The length is known: only one of these is left.
+    match (a.as_slice(), b.as_slice()) {
+        ([a0], [b0]) => a0 * b0,
+        ([a0, a1], [b0, b1]) => a0 * b0 + a1 * b1,
+        ([a0, a1, a2], [b0, b1, b2]) => (a0 * b0 + a1 * b1) + a2 * b2,
+        ([a0, a1, a2, a3], [b0, b1, b2, b3]) => (a0 * b0 + a1 * b1) + (a2 * b2 + a3 * b3),
+        ([a0, a1, a2, a3, a4], [b0, b1, b2, b3, b4]) => ((a0 * b0 + a1 * b1) + (a2 * b2 + a3 * b3)) + a4 * b4,
+        ([a0, a1, a2, a3, a4, a5], [b0, b1, b2, b3, b4, b5]) => {
+            ((a0 * b0 + a1 * b1) + (a2 * b2 + a3 * b3)) + (a4 * b4 + a5 * b5)
+        }
+        (a, b) => dot_of(a, b),
+    }
+}
+
+/// Inner product of as many entries as both have, summed like [`dot`].
+#[inline(always)]
+pub fn dot_of(a: &[f64], b: &[f64]) -> f64 {
+    let len = a.len().min(b.len());
+    let (a, b) = (a.get(..len).unwrap_or_default(), b.get(..len).unwrap_or_default());
     let (a_quads, a_rest) = a.as_chunks::<4>();
     let (b_quads, b_rest) = b.as_chunks::<4>();
-    let mut sums = [0.0; 4];
+    // -0.0 + x is x, which 0.0 + x is not for every x: so the first addition is left out.
+    let mut sums = [-0.0; 4];
     for (x, y) in a_quads.iter().zip(b_quads) {
         for ((sum, x), y) in sums.iter_mut().zip(x).zip(y) {
             *sum += x * y;
         }
     }
-    let rest = a_rest.iter().zip(b_rest).fold(0.0, |sum, (x, y)| sum + x * y);
+    let rest = a_rest.iter().zip(b_rest).fold(-0.0, |sum, (x, y)| sum + x * y);
     let [s0, s1, s2, s3] = sums;
-    (s0 + s1) + (s2 + s3) + rest
+    ((s0 + s1) + (s2 + s3)) + rest
 }
 
 /// Matrix (rows) times vector.
@@ -38,9 +58,9 @@ pub fn subtract<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N] {
     difference
 }
 
-/// a += scale b.
-#[inline]
-pub fn add_scaled<const N: usize>(a: &mut [f64; N], scale: f64, b: &[f64; N]) {
+/// a += scale b, as far as both reach.
+#[inline(always)]
+pub fn add_scaled(a: &mut [f64], scale: f64, b: &[f64]) {
     for (a, b) in a.iter_mut().zip(b) {
         *a += scale * b;
     }
@@ -52,10 +72,16 @@ pub fn finite(values: &[f64]) -> bool {
     values.iter().all(|value| value.is_finite())
 }
 
-/// Largest magnitude; 0 of nothing.
+/// Largest magnitude; 0 of nothing. What is not a number is passed over.
 #[inline]
 pub fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()))
+    values.iter().fold(0.0, |largest, value| larger(value.abs(), largest))
+}
+
+/// The larger of two numbers, the second where one is none; one instruction, where `f64::max` is several.
+#[inline(always)]
+pub fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
 /// Puts `value` into `[low, high]`. Unlike `f64::clamp` it has no panic path; a NaN becomes `low`.
@@ -101,7 +127,7 @@ pub fn sqrt(value: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{clip, close_gap, dot, shift_in, sqrt};
+    use super::{clip, close_gap, dot, dot_of, shift_in, sqrt};
 
     #[test]
     fn takes_square_roots_over_the_whole_range() {
@@ -120,7 +146,18 @@ mod tests {
         let a: [f64; 7] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
         assert_eq!(dot(&a, &a), 140.0);
         assert_eq!(dot(&[2.0; 4], &[3.0; 4]), 24.0);
+        assert_eq!(dot(&[1.0], &[7.0]), 7.0);
+        assert_eq!(dot(&[1.0, 2.0], &[7.0, 5.0]), 17.0);
+        assert_eq!(dot(&[1.0, 2.0, 3.0], &[7.0, 5.0, 1.0]), 20.0);
+        assert_eq!(dot(&[1.0, 2.0, 3.0, 4.0, 5.0], &[7.0, 5.0, 1.0, 2.0, 3.0]), 43.0);
+        assert_eq!(dot(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], &[7.0, 5.0, 1.0, 2.0, 3.0, 4.0]), 67.0);
+        for len in 0..=7 {
+            let squares: f64 = a[..len].iter().map(|x| x * x).sum();
+            assert_eq!(dot_of(&a[..len], &a[..len]), squares);
+        }
+        assert_eq!(dot(&[2.0; 11], &[3.0; 11]), 66.0);
         assert_eq!(dot(&[], &[]), 0.0);
+        assert_eq!(dot_of(&a, &a[..6]), 91.0);
     }
 
     #[test]

@@ -1,19 +1,36 @@
 //! The i-DPC problem (33)-(36) for the parameters of one step.
 
-use crate::linear::{add, dot, finite, largest, shift_in, subtract, times};
-use crate::solver::{Row, Rows};
-use crate::tables::{DpcProblem, Model, StageRow};
+use crate::linear::{add, dot, dot_of, finite, larger, largest, shift_in, subtract, times};
+use crate::solver::{Glance, Row, Rows, Side, TOLERANCE, WorkingSet};
+use crate::tables::{Bounds, DpcProblem, Model, StageRow};
 
 /// A forecast is refuted by more than rounding.
 const CREDIBLE: f64 = 1.0 + 1e-9;
 
-/// [`DpcProblem`] with the offsets of its rows for one measured state and one reference trajectory.
+/// What a glance by simulation overlooks, relative to a bounded entry plus the largest |w_k|: its rounding errors.
+const OVERLOOKED: f64 = 1e-12;
+
+/// [`DpcProblem`] for one measured state and one reference trajectory.
 #[derive(Debug)]
-pub struct Instance<'a, const NV: usize, const NR: usize> {
-    normals: &'a [[f64; NV]; NR],
-    lower: [f64; NR],
-    upper: [f64; NR],
-    offset: [f64; NR],
+pub struct Instance<
+    'a,
+    const NX: usize,
+    const NU: usize,
+    const N: usize,
+    const NV: usize,
+    const NR: usize,
+    const NT: usize,
+    const NS: usize,
+    const NQ: usize,
+> {
+    problem: &'a DpcProblem<NX, NU, N, NV, NR, NT, NS, NQ>,
+    e: &'a [f64; NX],
+    x_ref: &'a [[f64; NX]; N],
+    u_ref: &'a [[f64; NU]; N],
+    /// Limits and offsets of the tube rows.
+    lower: [f64; NT],
+    upper: [f64; NT],
+    offset: [f64; NT],
 }
 
 /// A trajectory of the nominal deviations dx_k = xhat_k - xref_k, du_k = uhat_k - uref_k over the horizon.
@@ -26,28 +43,52 @@ pub struct Plan<const NX: usize, const NU: usize, const N: usize> {
 impl<
     const NX: usize,
     const NU: usize,
+    const N: usize,
     const NV: usize,
     const NR: usize,
     const NT: usize,
     const NS: usize,
     const NQ: usize,
-> DpcProblem<NX, NU, NV, NR, NT, NS, NQ>
+> DpcProblem<NX, NU, N, NV, NR, NT, NS, NQ>
 {
     /// The problem for e = x_t - xref_t and the references over the horizon.
-    pub fn at<const N: usize>(
-        &self,
-        e: &[f64; NX],
-        x_ref: &[[f64; NX]; N],
-        u_ref: &[[f64; NU]; N],
-    ) -> Instance<'_, NV, NR> {
-        let mut offset = [0.0; NR];
-        let mut places = offset.iter_mut();
-        for (row, place) in self.tube.iter().zip(places.by_ref()) {
-            *place = dot(row, e);
+    pub fn at<'a>(
+        &'a self,
+        e: &'a [f64; NX],
+        x_ref: &'a [[f64; NX]; N],
+        u_ref: &'a [[f64; NU]; N],
+    ) -> Instance<'a, NX, NU, N, NV, NR, NT, NS, NQ> {
+        let (mut lower, mut upper) = ([f64::NEG_INFINITY; NT], [f64::INFINITY; NT]);
+        lower.iter_mut().zip(&self.lower).for_each(|(place, limit)| *place = *limit);
+        upper.iter_mut().zip(&self.upper).for_each(|(place, limit)| *place = *limit);
+        let mut offset = [0.0; NT];
+        offset.iter_mut().zip(&self.tube).for_each(|(place, row)| *place = dot(row, e));
+        Instance { problem: self, e, x_ref, u_ref, lower, upper, offset }
+    }
+
+    /// [`Instance::rests`] of the problem for these parameters, without making it.
+    pub fn rests(&self, e: &[f64; NX], x_ref: &[[f64; NX]; N], u_ref: &[[f64; NU]; N]) -> bool {
+        // Without a branch per row the comparisons are done several at a time.
+        let tube =
+            self.tube.iter().zip(self.lower.iter().zip(&self.upper)).fold(true, |rests, (row, (lower, upper))| {
+                let offset = dot(row, e);
+                rests & (*lower <= offset) & (offset <= *upper)
+            });
+        tube & self.references_rest(x_ref, u_ref)
+    }
+
+    /// Whether the references alone satisfy the state and input rows.
+    #[inline]
+    fn references_rest(&self, x_ref: &[[f64; NX]; N], u_ref: &[[f64; NU]; N]) -> bool {
+        if self.boxed {
+            return self.x.admit(x_ref) & self.u.admit(u_ref);
         }
-        stage_offsets(&self.state, x_ref, &mut places);
-        stage_offsets(&self.input, u_ref, &mut places);
-        Instance { normals: &self.V, lower: self.lower, upper: self.upper, offset }
+        let limits = || self.lower.iter().zip(&self.upper);
+        let inside = |offset: f64, (lower, upper): (&f64, &f64)| (*lower <= offset) & (offset <= *upper);
+        let state = self.state.iter().zip(limits().skip(NT));
+        let input = self.input.iter().zip(limits().skip(NT + NS));
+        state.fold(true, |all, (row, limits)| all & inside(row.offset(x_ref), limits))
+            & input.fold(true, |all, (row, limits)| all & inside(row.offset(u_ref), limits))
     }
 
     /// The same problem where `e` is measured with an error that moves tube row r by up to `noise[r]`: rows (35a) give
@@ -62,13 +103,12 @@ impl<
     /// noise, is not used either. Returns whether it was used.
     pub fn doubt(
         &self,
-        instance: &mut Instance<'_, NV, NR>,
+        instance: &mut Instance<'_, NX, NU, N, NV, NR, NT, NS, NQ>,
         noise: &[f64; NT],
-        e: &[f64; NX],
         forecast: Option<&[f64; NX]>,
     ) -> bool {
         let innovation = forecast.map(|dx| {
-            let apart = subtract(e, dx);
+            let apart = subtract(instance.e, dx);
             self.tube.each_ref().map(|row| dot(row, &apart))
         });
         let credible = |innovation: &[f64; NT]| {
@@ -94,66 +134,311 @@ impl<
     }
 
     /// v = T w, taken apart into (dx_0, du_0, ..., du_{N-1}).
-    pub fn plan<const N: usize>(&self, w: &[f64; NV]) -> Plan<NX, NU, N> {
-        let v = times(&self.T, w);
-        let mut entries = v.iter().copied();
+    pub fn plan(&self, w: &[f64; NV]) -> Plan<NX, NU, N> {
         let mut plan = Plan::REST;
-        for (entry, value) in plan.dx.iter_mut().chain(plan.du.iter_mut().flatten()).zip(entries.by_ref()) {
-            *entry = value;
-        }
+        let mut inputs = plan.du.iter_mut();
+        plan.dx = self.start(w);
+        self.simulate(w, |_, du| {
+            if let Some(place) = inputs.next() {
+                *place = *du;
+            }
+        });
         plan
     }
 
     /// w = T^-1 v of a plan, by substitution.
-    pub fn unknowns<const N: usize>(&self, plan: &Plan<NX, NU, N>) -> [f64; NV] {
-        let mut v = [0.0; NV];
-        for (place, value) in v.iter_mut().zip(plan.dx.iter().chain(plan.du.iter().flatten())) {
-            *place = *value;
-        }
+    pub fn unknowns(&self, plan: &Plan<NX, NU, N>) -> [f64; NV] {
         let mut w = [0.0; NV];
-        for (k, (row, value)) in self.T.iter().zip(&v).enumerate().rev() {
-            let solved = value - dot(row, &w);
-            if let (Some(entry), Some(diagonal)) = (w.get_mut(k), row.get(k)) {
-                *entry = solved / diagonal;
-            }
+        let mut places = w.iter_mut();
+        let mut put = |solved: &[f64]| solved.iter().zip(places.by_ref()).for_each(|(value, place)| *place = *value);
+        put(&substituted(&self.root, &plan.dx));
+        let mut dx = plan.dx;
+        for (stage, du) in self.stages.iter().zip(&plan.du) {
+            let part = substituted(&stage.spread, &subtract(du, &times(&stage.gain, &dx)));
+            put(&part);
+            dx = add(&times(&stage.next, &dx), &times(&stage.drive, &part));
         }
         w
     }
-}
 
-impl<const NV: usize, const NR: usize> Instance<'_, NV, NR> {
-    /// Whether w = 0 satisfies every row, and therefore is optimal: xhat = xref and uhat = uref.
-    pub fn rests(&self) -> bool {
-        let rows = self.offset.iter().zip(&self.lower).zip(&self.upper);
-        // Without a branch per row the comparisons are done several at a time.
-        rows.fold(true, |rests, ((offset, lower), upper)| rests & (lower <= offset) & (offset <= upper))
+    /// The rows of a solution that ask the same at the next step.
+    pub fn shifted(&self, active: &WorkingSet<NV>) -> WorkingSet<NV> {
+        let mut next = WorkingSet::EMPTY;
+        for (row, side) in active.iter() {
+            match self.shift.get(row) {
+                Some(&to) if usize::from(to) < NR => next.push(usize::from(to), side),
+                _ => false,
+            };
+        }
+        next
     }
 
-    /// Whether every offset is a number whose products do not overflow. A solver cannot be asked otherwise.
+    /// dx_0.
+    #[inline]
+    fn start(&self, w: &[f64; NV]) -> [f64; NX] {
+        w.first_chunk().map_or([0.0; NX], |part| times(&self.root, part))
+    }
+
+    /// Shows dx_k and du_k for k = 0, ..., N - 1, and returns dx_N.
+    #[inline]
+    fn simulate(&self, w: &[f64; NV], mut show: impl FnMut(&[f64; NX], &[f64; NU])) -> [f64; NX] {
+        let mut dx = self.start(w);
+        let (parts, _) = w.get(NX..).unwrap_or_default().as_chunks::<NU>();
+        for (stage, part) in self.stages.iter().zip(parts) {
+            let du = add(&times(&stage.gain, &dx), &times(&stage.spread, part));
+            show(&dx, &du);
+            dx = add(&times(&stage.next, &dx), &times(&stage.drive, part));
+        }
+        dx
+    }
+}
+
+impl<
+    const NX: usize,
+    const NU: usize,
+    const N: usize,
+    const NV: usize,
+    const NR: usize,
+    const NT: usize,
+    const NS: usize,
+    const NQ: usize,
+> Instance<'_, NX, NU, N, NV, NR, NT, NS, NQ>
+{
+    /// Whether w = 0 satisfies every row, and therefore is optimal: xhat = xref and uhat = uref.
+    pub fn rests(&self) -> bool {
+        between(&self.lower, &self.offset, &self.upper) & self.problem.references_rest(self.x_ref, self.u_ref)
+    }
+
+    /// Whether every parameter is a number whose products do not overflow. A solver cannot be asked otherwise.
     pub fn is_finite(&self) -> bool {
-        self.offset.iter().all(|offset| offset.abs() < LARGEST)
+        let small = |values: &[f64]| values.iter().fold(true, |small, value| small & (value.abs() < LARGEST));
+        small(self.e) & small(self.x_ref.as_flattened()) & small(self.u_ref.as_flattened())
     }
 
     /// Whether `w` is finite and violates no row by more than `tolerance` times (the row's scale + the largest |w_k|).
     pub fn admits(&self, w: &[f64; NV], tolerance: f64) -> bool {
         let size = largest(w);
-        let satisfied = |row: Row<'_, NV>| {
-            let value = dot(row.normal, w);
+        let satisfied = |row: Row<'_>| {
+            let value = dot_of(row.normal, w);
             (row.lower - value).max(value - row.upper) <= tolerance * (row.scale + size)
         };
         finite(w) && self.iter().all(satisfied)
     }
+
+    /// What makes the constraint of row `index` one on deviations; `None` past the last row.
+    #[inline]
+    fn offset(&self, index: usize) -> Option<f64> {
+        if index < NT {
+            self.offset.get(index).copied()
+        } else if index < NT + NS {
+            self.problem.state.get(index.wrapping_sub(NT)).map(|row| row.offset(self.x_ref))
+        } else if index < NT + NS + NQ {
+            self.problem.input.get(index.wrapping_sub(NT + NS)).map(|row| row.offset(self.u_ref))
+        } else {
+            (index < NR).then_some(0.0)
+        }
+    }
+
+    #[inline]
+    fn limits(&self, index: usize) -> Option<(f64, f64)> {
+        match (self.lower.get(index), self.upper.get(index)) {
+            (Some(lower), Some(upper)) => Some((*lower, *upper)),
+            _ => Some((*self.problem.lower.get(index)?, *self.problem.upper.get(index)?)),
+        }
+    }
 }
 
-impl<const NV: usize, const NR: usize> Rows<NV> for Instance<'_, NV, NR> {
-    fn iter(&self) -> impl Iterator<Item = Row<'_, NV>> {
-        let limits = self.lower.iter().zip(&self.upper).zip(&self.offset);
-        self.normals.iter().zip(limits).map(|(normal, ((lower, upper), offset))| Row {
-            normal,
-            lower: lower - offset,
-            upper: upper - offset,
-            scale: finite_or_zero(*lower).max(finite_or_zero(*upper)),
-        })
+impl<
+    const NX: usize,
+    const NU: usize,
+    const N: usize,
+    const NV: usize,
+    const NR: usize,
+    const NT: usize,
+    const NS: usize,
+    const NQ: usize,
+> Rows<NV> for Instance<'_, NX, NU, N, NV, NR, NT, NS, NQ>
+{
+    fn iter(&self) -> impl Iterator<Item = Row<'_>> {
+        (0..NR).map_while(|index| self.get(index))
+    }
+
+    #[inline]
+    fn get(&self, index: usize) -> Option<Row<'_>> {
+        let ((lower, upper), offset) = (self.limits(index)?, self.offset(index)?);
+        let scale = finite_or_zero(lower).max(finite_or_zero(upper));
+        Some(Row { normal: self.normal(index), lower: lower - offset, upper: upper - offset, scale })
+    }
+
+    #[inline]
+    fn normal(&self, index: usize) -> &[f64] {
+        let (Some(row), Some(extent)) = (self.problem.V.get(index), self.problem.extent.get(index)) else {
+            return &[0.0; NV];
+        };
+        reduced(row, *extent)
+    }
+
+    fn glance(&self, w: &[f64; NV]) -> Option<Glance> {
+        Some(if self.problem.staged { self.look(w) } else { self.look_by_rows(w) })
+    }
+}
+
+/// Rows of no more entries than this are multiplied whole.
+const SHORT: usize = 8;
+
+impl<
+    const NX: usize,
+    const NU: usize,
+    const N: usize,
+    const NV: usize,
+    const NR: usize,
+    const NT: usize,
+    const NS: usize,
+    const NQ: usize,
+> Instance<'_, NX, NU, N, NV, NR, NT, NS, NQ>
+{
+    /// The row violated by the largest distance, by simulation.
+    fn look(&self, w: &[f64; NV]) -> Glance {
+        let problem = self.problem;
+        let mut worst = Worst::new(OVERLOOKED, w);
+        let dx = problem.start(w);
+        let tube = problem.tube.iter().zip(&self.offset).zip(self.lower.iter().zip(&self.upper));
+        for (row, ((tube, offset), (lower, upper))) in tube.enumerate() {
+            worst.see(row, offset - dot(tube, &dx), *lower, *upper);
+        }
+        let mut stages = (0..N).zip(self.x_ref.iter().zip(self.u_ref));
+        let end = problem.simulate(w, |dx, du| {
+            if let Some((k, (x_ref, u_ref))) = stages.next() {
+                problem.x.look(k, &add(x_ref, dx), &mut worst);
+                problem.u.look(k, &add(u_ref, du), &mut worst);
+            }
+        });
+        let first = NR.saturating_sub(problem.terminal.len());
+        let limits = problem.lower.iter().zip(&problem.upper);
+        let coupling = problem.V.iter().zip(&problem.extent).zip(limits.clone()).enumerate().take(first);
+        for (row, ((normal, extent), (lower, upper))) in coupling.skip(NT + NS + NQ) {
+            worst.see(row, product(normal, *extent, w), *lower, *upper);
+        }
+        for (row, (terminal, (lower, upper))) in problem.terminal.iter().zip(limits.skip(first)).enumerate() {
+            worst.see(first.wrapping_add(row), dot(terminal, &end), *lower, *upper);
+        }
+        worst.found
+    }
+
+    /// The same by the rows of V.
+    fn look_by_rows(&self, w: &[f64; NV]) -> Glance {
+        let problem = self.problem;
+        let mut values = [0.0; NR];
+        for (value, (row, extent)) in values.iter_mut().zip(problem.V.iter().zip(&problem.extent)) {
+            *value = product(row, *extent, w);
+        }
+        values.iter_mut().zip(&self.offset).for_each(|(value, offset)| *value += offset);
+        let states = values.get_mut(NT..).unwrap_or_default().iter_mut().zip(&problem.state);
+        states.for_each(|(value, row)| *value += row.offset(self.x_ref));
+        let inputs = values.get_mut(NT + NS..).unwrap_or_default().iter_mut().zip(&problem.input);
+        inputs.for_each(|(value, row)| *value += row.offset(self.u_ref));
+        let mut worst = Worst::new(TOLERANCE, w);
+        let (tube, others) = values.split_at_checked(NT).unwrap_or_default();
+        worst.see_all(0, tube, &self.lower, &self.upper);
+        let (lower, upper) = (problem.lower.get(NT..), problem.upper.get(NT..));
+        worst.see_all(NT, others, lower.unwrap_or_default(), upper.unwrap_or_default());
+        worst.found
+    }
+}
+
+#[inline(always)]
+fn product<const NV: usize>(row: &[f64; NV], extent: u16, w: &[f64; NV]) -> f64 {
+    if NV <= SHORT { dot(row, w) } else { dot_of(reduced(row, extent), w) }
+}
+
+/// A row without the zeros it ends with. Where all lengths are known to be short, sums over the whole of it are unrolled.
+#[inline(always)]
+fn reduced<const NV: usize>(row: &[f64; NV], extent: u16) -> &[f64] {
+    if NV <= SHORT { row } else { row.get(..usize::from(extent)).unwrap_or(row) }
+}
+
+/// The worst row so far: how far beyond its limit it is, less what is overlooked, relative to the value of the row.
+struct Worst {
+    overlooked: f64,
+    excess: f64,
+    found: Glance,
+}
+
+impl Worst {
+    /// Rows `first`, ...: without a branch per row where none of them is worse, several at a time.
+    #[inline]
+    fn see_all(&mut self, first: usize, values: &[f64], lower: &[f64], upper: &[f64]) {
+        let rows = || values.iter().zip(lower.iter().zip(upper));
+        let excess = |(value, (lower, upper)): (&f64, (&f64, &f64))| {
+            larger(lower - value, value - upper) - self.overlooked * value.abs()
+        };
+        if rows().map(excess).fold(self.excess, |most, excess| larger(excess, most)) > self.excess {
+            rows().enumerate().for_each(|(k, (value, (lower, upper)))| {
+                self.see(first.wrapping_add(k), *value, *lower, *upper);
+            });
+        }
+    }
+
+    #[inline]
+    fn new(overlooked: f64, w: &[f64]) -> Self {
+        Self { overlooked, excess: overlooked * largest(w), found: Glance::NOTHING }
+    }
+
+    #[inline]
+    fn see(&mut self, row: usize, value: f64, lower: f64, upper: f64) {
+        let (below, above) = (lower - value, value - upper);
+        let excess = larger(below, above) - self.overlooked * value.abs();
+        if excess > self.excess {
+            let side = if below > above { Side::Lower } else { Side::Upper };
+            self.excess = excess;
+            self.found.push(row, side);
+        }
+    }
+}
+
+impl<const COUNT: usize, const N: usize> Bounds<COUNT, N> {
+    #[inline]
+    fn admit(&self, values: &[[f64; COUNT]; N]) -> bool {
+        between(self.low.as_flattened(), values.as_flattened(), self.high.as_flattened())
+    }
+
+    /// How far each entry is beyond its bounds, in the units of its row.
+    #[inline]
+    fn excess(&self, k: usize, values: &[f64; COUNT], overlooked: f64) -> [f64; COUNT] {
+        let mut excess = *values;
+        if let (Some(low), Some(high), Some(unit)) = (self.low.get(k), self.high.get(k), self.unit.get(k)) {
+            for (x, ((low, high), unit)) in excess.iter_mut().zip(low.iter().zip(high).zip(unit)) {
+                *x = (larger(low - *x, *x - high) - overlooked * x.abs()) * unit.abs();
+            }
+        }
+        excess
+    }
+
+    #[inline]
+    fn look(&self, k: usize, values: &[f64; COUNT], worst: &mut Worst) {
+        let excess = self.excess(k, values, worst.overlooked);
+        if excess.iter().fold(f64::NEG_INFINITY, |most, excess| larger(*excess, most)) > worst.excess {
+            self.find(k, values, &excess, worst);
+        }
+    }
+
+    #[inline(never)]
+    fn find(&self, k: usize, values: &[f64; COUNT], excess: &[f64; COUNT], worst: &mut Worst) {
+        let (Some(low), Some(unit), Some(row)) = (self.low.get(k), self.unit.get(k), self.row.get(k)) else { return };
+        for ((value, excess), ((low, unit), row)) in values.iter().zip(excess).zip(low.iter().zip(unit).zip(row)) {
+            if *excess > worst.excess {
+                let side = if (value < low) == (*unit > 0.0) { Side::Lower } else { Side::Upper };
+                worst.excess = *excess;
+                worst.found.push(usize::from(*row), side);
+            }
+        }
+    }
+}
+
+impl<const COUNT: usize> StageRow<COUNT> {
+    #[inline]
+    fn offset<const N: usize>(&self, parameters: &[[f64; COUNT]; N]) -> f64 {
+        parameters.get(self.stage).map_or(f64::NAN, |parameter| dot(&self.row, parameter))
     }
 }
 
@@ -179,14 +464,22 @@ impl<const NX: usize, const NU: usize, const N: usize> Plan<NX, NU, N> {
     }
 }
 
-fn stage_offsets<'a, const NP: usize, const N: usize>(
-    rows: &[StageRow<NP>],
-    parameters: &[[f64; NP]; N],
-    places: &mut impl Iterator<Item = &'a mut f64>,
-) {
-    for (row, place) in rows.iter().zip(places) {
-        *place = parameters.get(row.stage).map_or(f64::NAN, |parameter| dot(&row.row, parameter));
+/// The solution of an upper triangular system.
+fn substituted<const COUNT: usize>(matrix: &[[f64; COUNT]; COUNT], right: &[f64; COUNT]) -> [f64; COUNT] {
+    let mut solved = [0.0; COUNT];
+    for (k, (row, value)) in matrix.iter().zip(right).enumerate().rev() {
+        let rest = value - dot(row, &solved);
+        if let (Some(entry), Some(diagonal)) = (solved.get_mut(k), row.get(k)) {
+            *entry = rest / diagonal;
+        }
     }
+    solved
+}
+
+/// Whether every number lies between its limits.
+#[inline]
+fn between(low: &[f64], values: &[f64], high: &[f64]) -> bool {
+    values.iter().zip(low.iter().zip(high)).fold(true, |inside, (x, (low, high))| inside & (low <= x) & (x <= high))
 }
 
 /// Its square, times any number of rows, is finite.
@@ -201,32 +494,53 @@ mod tests {
     #![expect(non_snake_case, reason = "the paper's symbols")]
 
     use super::Plan;
-    use crate::tables::{DpcProblem, StageRow};
+    use crate::solver::{Glance, Rows, Side};
+    use crate::tables::{Bounds, DpcProblem, NO_ROW, Stage, StageRow};
 
-    /// Two states, two inputs, two stages; a row of each kind.
-    fn problem() -> DpcProblem<2, 2, 6, 4, 1, 1, 1> {
-        let mut T = [[0.0; 6]; 6];
-        let mut V = [[0.0; 6]; 4];
-        for (i, row) in T.iter_mut().enumerate() {
-            for (j, entry) in row.iter_mut().enumerate().skip(i) {
-                *entry = 1.0 + i as f64 - 0.5 * j as f64;
-            }
-            row[i] = 2.0 + i as f64;
-        }
+    type Problem = DpcProblem<2, 2, 2, 6, 5, 1, 1, 1>;
+
+    fn stage() -> Stage<2, 2> {
+        let (gain, spread) = ([[-0.3, 0.1], [0.2, -0.4]], [[2.0, 0.5], [0.0, 1.5]]);
+        let (next, drive) = ([[0.9, 0.2], [-0.1, 0.8]], [[1.0, 0.0], [0.5, 2.0]]);
+        Stage { next, drive, gain, spread }
+    }
+
+    /// Two states, two inputs, two stages; a row of each kind, the last of (36).
+    fn problem() -> Problem {
+        let mut V = [[0.0; 6]; 5];
         for (k, row) in V.iter_mut().enumerate() {
             row[k] = 1.0;
         }
         DpcProblem {
             V,
-            lower: [-1.0; 4],
-            upper: [1.0, 1.0, 1.0, f64::INFINITY],
+            extent: [6; 5],
+            lower: [-1.0; 5],
+            upper: [1.0, 1.0, 1.0, f64::INFINITY, 1.0],
             tube: [[1.0, 2.0]],
-            state: [StageRow { stage: 1, row: [3.0, 4.0] }],
-            input: [StageRow { stage: 0, row: [5.0, 6.0] }],
-            T,
+            state: [StageRow { stage: 1, row: [3.0, 0.0] }],
+            input: [StageRow { stage: 0, row: [0.0, -5.0] }],
+            terminal: &[[1.0, 1.0]],
+            shift: [0, NO_ROW, NO_ROW, NO_ROW, 4],
+            root: [[2.0, 1.0], [0.0, 3.0]],
+            stages: [stage(), stage()],
+            x: Bounds::NONE,
+            u: Bounds::NONE,
+            boxed: false,
+            staged: false,
             max_iterations: 10,
         }
     }
+
+    /// The same with its state and input row as bounds, whose rows of V do not matter then.
+    fn staged() -> Problem {
+        let mut problem = problem();
+        let (x, u) = (&mut problem.x, &mut problem.u);
+        (x.low[1][0], x.high[1][0], x.unit[1][0], x.row[1][0]) = (-1.0 / 3.0, 1.0 / 3.0, 3.0, 1);
+        (u.low[0][1], u.high[0][1], u.unit[0][1], u.row[0][1]) = (-0.2, 0.2, -5.0, 2);
+        Problem { boxed: true, staged: true, ..problem }
+    }
+
+    const REST: [[f64; 2]; 2] = [[0.0; 2]; 2];
 
     #[test]
     fn unknowns_are_those_of_the_plan() {
@@ -241,10 +555,10 @@ mod tests {
     /// The tube row is [1 2] with q = 1; the measurement may move it by 0.25.
     #[test]
     fn a_measurement_in_doubt_tightens_the_tube_unless_the_forecast_is_known() {
-        let (problem, e, rest) = (problem(), [0.8, 0.0], [[0.0; 2]; 2]);
+        let (problem, e) = (problem(), [0.8, 0.0]);
         let rests = |forecast: Option<&[f64; 2]>| {
-            let mut instance = problem.at(&e, &rest, &rest);
-            problem.doubt(&mut instance, &[0.25], &e, forecast);
+            let mut instance = problem.at(&e, &REST, &REST);
+            problem.doubt(&mut instance, &[0.25], forecast);
             (instance.lower[0], instance.upper[0], instance.rests())
         };
         assert_eq!(rests(None), (-0.75, 0.75, false));
@@ -256,18 +570,73 @@ mod tests {
     #[test]
     fn offsets_come_from_the_stage_of_the_row() {
         let problem = problem();
-        let instance = problem.at(&[0.1, 0.2], &[[9.0, 9.0], [0.01, 0.02]], &[[0.03, 0.04], [9.0, 9.0]]);
-        for (offset, expected) in instance.offset.iter().zip([0.5, 0.11, 0.39, 0.0]) {
-            assert!((offset - expected).abs() < 1e-15);
+        let (x_ref, u_ref) = ([[9.0, 9.0], [0.01, 0.02]], [[0.03, 0.04], [9.0, 9.0]]);
+        let e = [0.1, 0.2];
+        let instance = problem.at(&e, &x_ref, &u_ref);
+        for (index, expected) in [0.5, 0.03, -0.2, 0.0, 0.0].into_iter().enumerate() {
+            let row = instance.get(index).unwrap();
+            assert!((row.lower + 1.0 + expected).abs() < 1e-15 && row.normal.len() == 6);
         }
+        assert!(instance.get(5).is_none() && instance.iter().count() == 5);
         assert!(instance.rests() && instance.is_finite());
-        assert!(instance.admits(&[0.5, 0.89, 0.6, 1e9, 0.0, 0.0], 1e-9));
+        assert!(instance.admits(&[0.5, 0.97, 1.2, 1e9, 0.0, 0.0], 1e-9));
         assert!(!instance.admits(&[0.6, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-9));
         assert!(!instance.admits(&[0.0, 0.0, 0.0, -1.1, 0.0, 0.0], 1e-9));
         assert!(!instance.admits(&[0.0, 0.0, 0.0, f64::INFINITY, 0.0, 0.0], 1e-9));
         assert!(!instance.admits(&[0.0, 0.0, 0.0, 0.0, 0.0, f64::NAN], 1e-9));
-        assert!(!problem.at(&[1.0, 0.2], &[[0.0; 2]; 2], &[[0.0; 2]; 2]).rests());
-        assert!(!problem.at(&[f64::NAN, 0.0], &[[0.0; 2]; 2], &[[0.0; 2]; 2]).rests());
-        assert!(!problem.at(&[f64::MAX, f64::MAX], &[[0.0; 2]; 2], &[[0.0; 2]; 2]).is_finite());
+        for (e, finite) in [([1.0, 0.2], true), ([f64::NAN, 0.0], false), ([f64::MAX, f64::MAX], false)] {
+            let instance = problem.at(&e, &REST, &REST);
+            assert_eq!((instance.rests(), instance.is_finite()), (false, finite));
+        }
+    }
+
+    #[test]
+    fn rests_by_bounds_as_by_rows() {
+        let (rows, bounds) = (problem(), staged());
+        for x in [-0.34, -0.33, 0.0, 0.33, 0.34] {
+            for u in [-0.21, -0.19, 0.19, 0.21, f64::NAN] {
+                let (x_ref, u_ref) = ([[9.0, 9.0], [x, 9.0]], [[9.0, u], [9.0, 9.0]]);
+                for (problem, e) in [(&rows, 0.0), (&bounds, 0.0), (&rows, 0.6), (&bounds, 0.6)] {
+                    let rests = problem.rests(&[0.0, e], &x_ref, &u_ref);
+                    assert_eq!(rests, x.abs() < 0.335 && u.abs() < 0.2 && e < 0.5);
+                    assert_eq!(rests, problem.at(&[0.0, e], &x_ref, &u_ref).rests());
+                }
+            }
+        }
+    }
+
+    /// The worst row that was found.
+    fn last(glance: Option<Glance>) -> Option<(usize, Side)> {
+        glance.expect("there is a test").iter().last()
+    }
+
+    /// w moves dx_0 by root w_x = (2 w_0 + w_1, 3 w_1).
+    #[test]
+    fn a_glance_finds_the_row_that_is_violated_most() {
+        let problem = staged();
+        let look = |e: f64, x: f64, u: f64, w: [f64; 6]| {
+            let (e, x_ref, u_ref) = ([e, 0.0], [[9.0, 9.0], [x, 9.0]], [[9.0, u], [9.0, 9.0]]);
+            last(problem.at(&e, &x_ref, &u_ref).glance(&w))
+        };
+        let violated = |row, side| Some((row, side));
+        let zero = [0.0; 6];
+        assert_eq!(look(0.0, 0.0, 0.0, zero), None);
+        assert_eq!(look(1.5, 0.0, 0.0, zero), violated(0, Side::Upper));
+        assert_eq!(look(-1.5, 0.0, 0.0, zero), violated(0, Side::Lower));
+        // Row 1 is violated by 0.2, row 2 by 0.5; row 2 has the opposite sign of its input.
+        assert_eq!(look(0.0, 0.4, 0.3, zero), violated(2, Side::Lower));
+        assert_eq!(look(0.0, 0.4, -0.22, zero), violated(1, Side::Upper));
+        assert_eq!(look(0.0, -0.4, 0.0, zero), violated(1, Side::Lower));
+        assert_eq!(look(0.0, 0.0, -0.3, zero), violated(2, Side::Upper));
+        // The fourth entry has a row of V for itself; nothing else about it is bounded above.
+        assert_eq!(look(0.0, 0.0, 0.0, [0.0, 0.0, 0.0, 0.0, 0.0, -9.0]), violated(4, Side::Lower));
+        // By rows: w_1 is row 1, and so on.
+        let by_rows = |w: [f64; 6]| last(self::problem().at(&[0.0; 2], &REST, &REST).glance(&w));
+        assert_eq!(by_rows(zero), None);
+        assert_eq!(by_rows([0.0, 0.0, 0.0, 0.0, 1.5, 0.0]), violated(4, Side::Upper));
+        assert_eq!(by_rows([-1.2, 0.0, 0.0, 9.0, -1.5, 0.0]), violated(4, Side::Lower));
+        assert_eq!(by_rows([-2.0, 1.1, 1.2, 9.0, -1.5, 0.0]), violated(0, Side::Lower));
+        assert_eq!(by_rows([0.0, 1.3, -1.2, 0.0, 0.0, 0.0]), violated(1, Side::Upper));
+        assert_eq!(by_rows([0.0, 1.3, -1.4, 0.0, 0.0, 0.0]), violated(2, Side::Lower));
     }
 }

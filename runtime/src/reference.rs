@@ -326,7 +326,7 @@ impl<const NY: usize> Half<NY> {
 impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize, const NH: usize> Rows<NY>
     for Scaled<NY, NA, NB, NC, NH>
 {
-    fn iter(&self) -> impl Iterator<Item = Row<'_, NY>> {
+    fn iter(&self) -> impl Iterator<Item = Row<'_>> {
         self.set.iter().chain(&self.rate).chain(&self.coupling).chain(&self.changing).map(|half| Row {
             normal: &half.normal,
             lower: f64::NEG_INFINITY,

@@ -4,33 +4,55 @@
 //! The method is that of Goldfarb and Idnani ("A numerically stable dual method for solving strictly convex quadratic
 //! programs", Mathematical Programming 27, 1983) with the identity as Hessian: w is always the optimum over the rows in
 //! the working set, so its length grows with every step, and no working set comes back.
+//!
+//! Of the working set it keeps the multipliers and the factor of the Gram matrix N'N; w = N multipliers is made anew at
+//! every change, so that no error accumulates in it. The last w is refined until the rows of the working set hold to
+//! rounding.
 
-use crate::factor::Factor;
-use crate::linear::{add_scaled, close_gap, dot, largest};
+use crate::factor::{Column, Factor};
+use crate::linear::{add_scaled, close_gap, dot_of, largest};
 
-/// A row counts as satisfied when it is violated by no more than this times (its scale + the largest |w_k|). The only
-/// exception are rows that contradict each other by no more than what rounding their limits explains: then the
-/// violation may be as large as that contradiction.
-pub const TOLERANCE: f64 = 1e-12;
+/// A row counts as satisfied when it is violated by no more than this times (its scale + the largest |w_k|): the rounding
+/// errors of the violation itself. Rows that contradict each other by no more than what rounding their limits explains
+/// are all relaxed, by as little as makes them agree.
+pub const TOLERANCE: f64 = 2e-14;
 
 /// Relative rounding error that each limit is granted before a contradiction counts as proved.
-const ROUNDING: f64 = 4e-15;
+const ROUNDING: f64 = 1e-14;
+
+/// Where a contradiction is above that, but the normals in it cancel too badly for a proof, each limit is granted this.
+const UNPROVED: f64 = 1e-12;
+
+/// Rounding error of a sum of unit vectors, relative to the sum of the magnitudes of their coefficients.
+const SUMMED: f64 = 1e-15;
+
+/// Multipliers below minus this times the largest are negative even before they are refined.
+const NEGATIVE: f64 = 1e-6;
 
 /// A row is taken to depend on the working set when the square of its distance from the span of that set's rows is
 /// below this: within 1e-7 rad, its own direction is rounding noise.
 const DEPENDENT: f64 = 1e-14;
 
+/// Above this, the square of that distance loses no more than six digits to cancellation.
+const SAFE: f64 = 1e-6;
+
 /// Coefficients of a row over the working set below this times the largest are rounding noise.
 const NOISE: f64 = 1e-9;
 
 /// At most this many passes of iterative refinement.
-const PASSES: usize = 4;
+const PASSES: usize = 6;
+
+/// A row of the working set holds when it is off by no more than this times (its scale + the largest |w_k|).
+const SETTLED: f64 = 5e-16;
+
+/// A contradiction is proved when no w shorter than this times the largest limit in it, and times |w| as it is, resolves it.
+const BEYOND: f64 = 1e3;
 
 /// Row lower <= normal . w <= upper of a least-distance problem.
 #[derive(Debug, Clone, Copy)]
-pub struct Row<'a, const NV: usize> {
-    /// Of unit length.
-    pub normal: &'a [f64; NV],
+pub struct Row<'a> {
+    /// Of unit length; entries beyond its end are zero.
+    pub normal: &'a [f64],
     pub lower: f64,
     pub upper: f64,
     /// Magnitude of the limits. Tolerances and rounding errors are taken relative to it plus the largest |w_k|. In the
@@ -41,11 +63,55 @@ pub struct Row<'a, const NV: usize> {
 
 /// The rows of a least-distance problem, in a fixed order.
 pub trait Rows<const NV: usize> {
-    fn iter(&self) -> impl Iterator<Item = Row<'_, NV>>;
+    fn iter(&self) -> impl Iterator<Item = Row<'_>>;
 
     /// Row `index`.
-    fn get(&self, index: usize) -> Option<Row<'_, NV>> {
+    fn get(&self, index: usize) -> Option<Row<'_>> {
         self.iter().nth(index)
+    }
+
+    /// The normal of row `index`, as [`Row::normal`]; zero where there is no such row.
+    fn normal(&self, index: usize) -> &[f64] {
+        self.get(index).map_or(&[0.0; NV], |row| row.normal)
+    }
+
+    /// Rows that `w` violates much, by a test that may err by more than [`TOLERANCE`]: what it returns is looked at again,
+    /// and where it finds nothing, nothing is violated by more than 1e-12 of (the row's scale + the largest |w_k|). `None`
+    /// where there is no such test.
+    fn glance(&self, _w: &[f64; NV]) -> Option<Glance> {
+        None
+    }
+}
+
+/// What a quick look at all rows has found: a few that are violated, the worst last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Glance {
+    found: [(u16, Side); Self::MOST],
+    len: usize,
+}
+
+impl Glance {
+    const MOST: usize = 4;
+    /// Nothing is violated.
+    pub const NOTHING: Self = Self { found: [(0, Side::Lower); Self::MOST], len: 0 };
+
+    /// A row that is worse than all before. The first of too many is forgotten.
+    #[inline]
+    pub fn push(&mut self, row: usize, side: Side) {
+        let Ok(row) = u16::try_from(row) else { return };
+        if self.len == Self::MOST {
+            self.found.rotate_left(1);
+            self.len -= 1;
+        }
+        if let Some(place) = self.found.get_mut(self.len) {
+            *place = (row, side);
+            self.len += 1;
+        }
+    }
+
+    /// The rows, the worst last.
+    pub fn iter(&self) -> impl Iterator<Item = (usize, Side)> {
+        self.found.iter().map(|&(row, side)| (usize::from(row), side)).take(self.len)
     }
 }
 
@@ -59,7 +125,7 @@ pub enum Side {
 /// Rows, with their sides, that hold with equality at a solution: all a warm start needs to know.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WorkingSet<const NV: usize> {
-    entries: [(usize, Side); NV],
+    entries: [(u16, Side); NV],
     len: usize,
 }
 
@@ -67,19 +133,20 @@ impl<const NV: usize> WorkingSet<NV> {
     /// No row: a cold start.
     pub const EMPTY: Self = Self { entries: [(0, Side::Lower); NV], len: 0 };
 
-    /// Appends a row; false if all `NV` places are taken.
+    /// Appends a row; false if all `NV` places are taken, or the row is none of the first 65536.
     pub fn push(&mut self, row: usize, side: Side) -> bool {
-        let place = self.entries.get_mut(self.len);
-        let free = place.is_some();
-        if let Some(place) = place {
-            *place = (row, side);
-            self.len += 1;
+        match (self.entries.get_mut(self.len), u16::try_from(row)) {
+            (Some(place), Ok(row)) => {
+                *place = (row, side);
+                self.len += 1;
+                true
+            }
+            _ => false,
         }
-        free
     }
 
     pub fn iter(&self) -> impl Iterator<Item = (usize, Side)> {
-        self.entries.iter().copied().take(self.len)
+        self.entries.iter().map(|&(row, side)| (usize::from(row), side)).take(self.len)
     }
 
     pub fn len(&self) -> usize {
@@ -104,29 +171,42 @@ pub enum Outcome {
         /// The row that could not be satisfied together with those in the working set.
         row: usize,
     },
-    /// The budget of working-set changes ran out. `Solver::w` violates some row.
+    /// The budget of working-set changes ran out, or rows are so nearly parallel that double precision does not tell
+    /// whether they contradict each other. `Solver::w` violates some row.
     IterationLimit,
 }
 
-/// The working memory of the solver, and its result. It may be kept between solves or be made for each.
+/// The working memory of the solver, and its result. It may be kept between solves or be made for each: nothing in it
+/// matters to the next solve.
 #[derive(Debug, Clone)]
 pub struct Solver<const NV: usize> {
     w: [f64; NV],
-    active: [Halfspace<NV>; NV],
+    active: [Halfspace; NV],
     len: usize,
     multipliers: [f64; NV],
     factor: Factor<NV>,
     iterations: usize,
     tolerance: f64,
-    blocked: Option<Halfspace<NV>>,
+    /// Rounding error of w = N multipliers; none once w was refined.
+    noise: f64,
+    /// Whether w and the multipliers were refined since the working set last changed.
+    sharp: bool,
+    /// Whether the factor was made anew since a row last came into the working set.
+    fresh: bool,
+    /// How far all rows are relaxed, relative to (their scale + `size`).
+    relaxed: f64,
+    size: f64,
+    relaxations: usize,
+    /// Rows that were violated when all were looked at last.
+    seen: Glance,
+    blocked: Option<Halfspace>,
 }
 
-/// One side of a row, as normal . w >= limit.
+/// One side of a row, as sign normal . w >= limit.
 #[derive(Debug, Clone, Copy)]
-struct Halfspace<const NV: usize> {
+struct Halfspace {
     row: usize,
     side: Side,
-    normal: [f64; NV],
     limit: f64,
     scale: f64,
 }
@@ -136,6 +216,35 @@ enum Stop<const NV: usize> {
     /// The row's normal is minus a non-negative combination of those in the working set: with these coefficients.
     Contradiction([f64; NV]),
     Budget,
+}
+
+/// What a contradiction amounts to.
+enum Verdict {
+    Proved,
+    /// Relaxing every row by this, relative to (its scale + |w|), resolves it.
+    Rounding {
+        share: f64,
+    },
+    /// The normals cancel too badly: rows are so nearly parallel that there may be a solution.
+    Unknown,
+}
+
+/// Whether w is final.
+enum Settled {
+    Final,
+    /// It has moved, or a row was dropped: the rows are to be looked at again.
+    Moved,
+    /// Rows of the working set cannot be made to hold: they are too nearly parallel.
+    Lost,
+}
+
+/// What refinement did to w.
+enum Refined {
+    /// Nothing.
+    Steady,
+    Moved,
+    /// Not enough: the factor is too far off.
+    Stuck,
 }
 
 impl<const NV: usize> Solver<NV> {
@@ -148,6 +257,13 @@ impl<const NV: usize> Solver<NV> {
         factor: Factor::EMPTY,
         iterations: 0,
         tolerance: TOLERANCE,
+        noise: 0.0,
+        sharp: true,
+        fresh: true,
+        relaxed: 0.0,
+        size: 0.0,
+        relaxations: 0,
+        seen: Glance::NOTHING,
         blocked: None,
     };
 
@@ -155,29 +271,26 @@ impl<const NV: usize> Solver<NV> {
     /// independent and has non-negative multipliers.
     pub fn solve(&mut self, rows: &impl Rows<NV>, from: &WorkingSet<NV>, budget: usize) -> Outcome {
         self.start(rows, from);
-        // Whether w and the multipliers were recomputed from the working set since it last changed.
-        let mut exact = true;
         loop {
-            let entered = match self.most_violated(rows) {
-                None if exact => return Outcome::Optimal { iterations: self.iterations },
-                None => None,
-                Some(violated) => Some((violated, self.enter(&violated, budget))),
+            let Some(violated) = self.most_violated(rows) else {
+                // A look that allowed for noise above the tolerance has seen nothing yet.
+                let coarse = self.noise > self.tolerance * largest(&self.w);
+                match if self.sharp { Settled::Final } else { self.settle(rows) } {
+                    Settled::Final if !coarse => return Outcome::Optimal { iterations: self.iterations },
+                    Settled::Final | Settled::Moved => continue,
+                    Settled::Lost => return Outcome::IterationLimit,
+                }
             };
-            match entered {
-                Some((_, Ok(()))) => {
-                    exact = false;
-                    continue;
-                }
-                Some((_, Err(Stop::Budget))) => return Outcome::IterationLimit,
-                Some((violated, Err(Stop::Contradiction(proof)))) if exact => {
-                    if !self.tolerate(&violated, &proof) {
-                        return self.refute(violated, proof);
-                    }
-                }
-                Some((_, Err(Stop::Contradiction(_)))) | None => (),
+            match self.enter(rows, &violated, budget) {
+                Ok(()) => self.combine(rows),
+                Err(Stop::Budget) => return Outcome::IterationLimit,
+                Err(Stop::Contradiction(_)) if !self.fresh => self.refresh(rows),
+                Err(Stop::Contradiction(proof)) => match self.judge(rows, &violated, &proof) {
+                    Verdict::Proved => return self.refute(violated, &proof),
+                    Verdict::Rounding { share } if self.relaxations < MOST_RELAXATIONS => self.relax_all(rows, share),
+                    Verdict::Rounding { .. } | Verdict::Unknown => return Outcome::IterationLimit,
+                },
             }
-            self.refresh();
-            exact = true;
         }
     }
 
@@ -209,59 +322,133 @@ impl<const NV: usize> Solver<NV> {
         blocked.chain(others)
     }
 
-    fn active(&self) -> impl Iterator<Item = &Halfspace<NV>> {
+    fn active(&self) -> impl Iterator<Item = &Halfspace> {
         self.active.iter().take(self.len)
     }
 
     fn start(&mut self, rows: &impl Rows<NV>, from: &WorkingSet<NV>) {
-        *self = Self::NEW;
+        self.len = 0;
+        self.factor.clear();
+        self.iterations = 0;
+        self.tolerance = TOLERANCE;
+        (self.relaxed, self.size, self.relaxations) = (0.0, 0.0, 0);
+        self.blocked = None;
+        self.seen = Glance::NOTHING;
         for (index, side) in from.iter() {
             if let Some(entry) = rows.get(index).and_then(|row| Halfspace::new(index, side, &row)) {
-                self.push_independent(entry);
+                self.push_independent(rows, entry);
             }
         }
-        self.refresh();
+        self.fresh = true;
+        self.balance();
+        self.combine(rows);
     }
 
     /// The row violated by the largest distance, if any is violated by more than the tolerance.
-    fn most_violated(&self, rows: &impl Rows<NV>) -> Option<Halfspace<NV>> {
+    fn most_violated(&mut self, rows: &impl Rows<NV>) -> Option<Halfspace> {
         let size = largest(&self.w);
+        if self.relaxed == 0.0 {
+            if NV > FEW
+                && let Some(entry) = self.worst_of(rows, &self.seen, size)
+            {
+                return Some(entry);
+            }
+            if let Some(glance) = rows.glance(&self.w) {
+                self.seen = glance;
+                if glance == Glance::NOTHING {
+                    return None;
+                }
+                if let Some(entry) = self.worst_of(rows, &glance, size) {
+                    return Some(entry);
+                }
+            }
+        }
         let mut worst = None;
         let mut distance = 0.0;
         for (index, row) in rows.iter().enumerate() {
-            let value = dot(row.normal, &self.w);
+            let value = dot_of(row.normal, &self.w);
             let (violation, side) = match (row.lower - value, value - row.upper) {
                 (below, above) if below > above => (below, Side::Lower),
                 (_, above) => (above, Side::Upper),
             };
-            if violation > distance && violation > self.tolerance * (row.scale + size) {
+            if violation > distance
+                && violation > self.tolerance * (row.scale + size) + self.relaxed * (row.scale + self.size) + self.noise
+                && !self.holds(index)
+            {
                 distance = violation;
-                worst = Halfspace::new(index, side, &row);
+                worst = Some((index, side));
+            }
+        }
+        let (index, side) = worst?;
+        Some(self.relax(Halfspace::new(index, side, &rows.get(index)?)?))
+    }
+
+    /// The row of a few that is violated most, if one is. They were violated a few changes before; to look at all rows is more
+    /// work than to go on with these.
+    fn worst_of(&self, rows: &impl Rows<NV>, seen: &Glance, size: f64) -> Option<Halfspace> {
+        let mut worst = None;
+        let mut distance = 0.0;
+        for (index, side) in seen.iter() {
+            let Some(entry) = rows.get(index).and_then(|row| Halfspace::new(index, side, &row)) else { continue };
+            let violation = self.violation(rows, &entry);
+            if violation > distance
+                && violation > self.tolerance * (entry.scale + size) + self.noise
+                && !self.holds(index)
+            {
+                distance = violation;
+                worst = Some(entry);
             }
         }
         worst
     }
 
-    /// Moves to the optimum over the working set and `entry`, dropping the rows whose multipliers reach zero on the
-    /// way.
-    fn enter(&mut self, entry: &Halfspace<NV>, budget: usize) -> Result<(), Stop<NV>> {
+    /// Whether the row is in the working set.
+    fn holds(&self, row: usize) -> bool {
+        self.active().any(|entry| entry.row == row)
+    }
+
+    fn relax(&self, entry: Halfspace) -> Halfspace {
+        Halfspace { limit: entry.limit - self.relaxed * (entry.scale + self.size), ..entry }
+    }
+
+    fn violation(&self, rows: &impl Rows<NV>, entry: &Halfspace) -> f64 {
+        entry.limit - entry.sign() * dot_of(normal(rows, entry), &self.w)
+    }
+
+    /// Moves to the multipliers of the optimum over the working set and `entry`, dropping the rows whose multipliers reach
+    /// zero on the way.
+    fn enter(&mut self, rows: &impl Rows<NV>, entry: &Halfspace, budget: usize) -> Result<(), Stop<NV>> {
         let mut multiplier = 0.0;
+        let mut violation = self.violation(rows, entry);
+        let mut products = self.products_with(rows, entry);
         while self.iterations < budget {
-            let (combination, distance) = self.project(&entry.normal);
-            let pivot = dot(&distance, &distance);
-            let independent = pivot > DEPENDENT && self.len < NV;
-            let full = if independent { (entry.limit - dot(&entry.normal, &self.w)) / pivot } else { f64::INFINITY };
+            let mut column = self.factor.column(&products, 1.0);
+            let mut combination = self.factor.combination(&column);
+            if column.pivot < SAFE && self.len > 0 {
+                (combination, column.pivot) = self.project(rows, entry);
+            }
+            let independent = column.pivot > DEPENDENT && self.len < NV;
+            let full = if independent { violation / column.pivot } else { f64::INFINITY };
             match self.blocking(&combination) {
                 Some((at, partial)) if partial < full => {
-                    self.advance(partial, &combination, &distance, independent);
+                    self.advance(partial, &combination);
                     multiplier += partial;
+                    if independent {
+                        violation -= partial * column.pivot;
+                    }
                     self.iterations += 1;
+                    close_gap(products.get_mut(..self.len).unwrap_or_default(), at);
                     self.remove(at);
                 }
                 _ if independent => {
-                    self.advance(full, &combination, &distance, true);
+                    self.advance(full, &combination);
                     self.iterations += 1;
-                    self.push(*entry, pivot, multiplier + full);
+                    if self.iterations > LONG * (NV + 10) {
+                        // Progress below rounding might repeat itself for ever.
+                        self.tolerance = (2.0 * self.tolerance).min(LOOSEST);
+                    }
+                    self.push(*entry, &column, multiplier + full);
+                    self.fresh = false;
                     return Ok(());
                 }
                 _ => return Err(Stop::Contradiction(combination)),
@@ -270,146 +457,278 @@ impl<const NV: usize> Solver<NV> {
         Err(Stop::Budget)
     }
 
-    /// The coefficients r and the remainder z of normal = N r + z, z orthogonal to the working set's normals N.
-    fn project(&self, normal: &[f64; NV]) -> ([f64; NV], [f64; NV]) {
+    /// The coefficients r of normal = N r + z, z orthogonal to the working set's normals N, and |z|^2, by iterative
+    /// refinement: the Gram matrix squares the condition number.
+    fn project(&self, rows: &impl Rows<NV>, entry: &Halfspace) -> ([f64; NV], f64) {
         let mut combination = [0.0; NV];
-        let mut remainder = *normal;
-        // The Gram matrix squares the condition number; the later passes remove what that cost.
+        let mut remainder = [0.0; NV];
+        add_scaled(&mut remainder, entry.sign(), normal(rows, entry));
         for _ in 0..PASSES {
-            let correction = self.factor.solve(&self.products(&remainder));
-            add_scaled(&mut combination, 1.0, &correction);
-            for (entry, coefficient) in self.active().zip(&correction) {
-                add_scaled(&mut remainder, -coefficient, &entry.normal);
+            let mut correction = self.products(rows, &remainder);
+            self.factor.solve(&mut correction);
+            for ((sum, coefficient), entry) in combination.iter_mut().zip(&correction).zip(self.active()) {
+                *sum += coefficient;
+                add_scaled(&mut remainder, -coefficient * entry.sign(), normal(rows, entry));
             }
-            if largest(&correction) <= 1e-15 * largest(&combination) {
+            if largest(first(&correction, self.len)) <= 1e-15 * largest(first(&combination, self.len)) {
                 break;
             }
         }
-        (combination, remainder)
+        (combination, dot_of(&remainder, &remainder))
     }
 
     /// The first row whose multiplier reaches zero when the entering one's grows, and by how much it may grow.
     fn blocking(&self, combination: &[f64; NV]) -> Option<(usize, f64)> {
-        let mut first = None;
+        let mut blocking = None;
         let mut step = f64::INFINITY;
-        let noise = NOISE * largest(combination).max(1.0);
+        let noise = NOISE * largest(first(combination, self.len)).max(1.0);
         for (at, (multiplier, rate)) in self.multipliers.iter().zip(combination).enumerate().take(self.len) {
-            if *rate > noise && multiplier / rate < step {
-                step = multiplier / rate;
-                first = Some((at, step));
+            if *rate > noise && multiplier.max(0.0) < step * rate {
+                step = multiplier.max(0.0) / rate;
+                blocking = Some((at, step));
             }
         }
-        first
+        blocking
     }
 
-    fn advance(&mut self, step: f64, combination: &[f64; NV], distance: &[f64; NV], independent: bool) {
-        add_scaled(&mut self.multipliers, -step, combination);
-        if independent {
-            add_scaled(&mut self.w, step, distance);
-        }
+    fn advance(&mut self, step: f64, combination: &[f64; NV]) {
+        add_scaled(self.multipliers.get_mut(..self.len).unwrap_or_default(), -step, combination);
     }
 
-    /// Recomputes the factor, the multipliers and w from the working set, dropping rows while there are negative
-    /// multipliers.
-    fn refresh(&mut self) {
+    /// Recomputes the factor, the multipliers and w from the working set, dropping rows while there are negative multipliers.
+    fn refresh(&mut self, rows: &impl Rows<NV>) {
         let (active, len) = (self.active, self.len);
-        self.factor = Factor::EMPTY;
+        self.factor.clear();
         self.len = 0;
         for entry in active.into_iter().take(len) {
-            self.push_independent(entry);
+            let fresh = rows.get(entry.row).and_then(|row| Halfspace::new(entry.row, entry.side, &row));
+            if let Some(entry) = fresh {
+                self.push_independent(rows, self.relax(entry));
+            }
         }
+        self.fresh = true;
+        self.balance();
+        self.combine(rows);
         for _ in 0..=NV {
-            self.recompute();
-            let smallest =
-                self.multipliers.iter().copied().enumerate().take(self.len).min_by(|a, b| a.1.total_cmp(&b.1));
-            match smallest {
-                Some((at, multiplier)) if multiplier < 0.0 => self.remove(at),
-                _ => return,
+            self.refine(rows);
+            if !self.drop_negative(0.0) {
+                return;
+            }
+            self.combine(rows);
+        }
+    }
+
+    /// Solves N'N multipliers = limits, dropping rows while there are negative multipliers.
+    fn balance(&mut self) {
+        for _ in 0..=NV {
+            for (multiplier, entry) in self.multipliers.iter_mut().zip(&self.active).take(self.len) {
+                *multiplier = entry.limit;
+            }
+            self.factor.solve(&mut self.multipliers);
+            let noise = NEGATIVE * largest(first(&self.multipliers, self.len));
+            if !self.drop_negative(noise) {
+                return;
             }
         }
     }
 
-    /// Solves N'N multipliers = limits, w = N multipliers. The refinement corrects w itself, because the multipliers of
-    /// nearly parallel rows are much larger than w, and so is their rounding error.
-    fn recompute(&mut self) {
-        self.multipliers = [0.0; NV];
-        self.w = [0.0; NV];
+    /// Whether there was a multiplier below -`noise`: the row of the most negative one is dropped.
+    fn drop_negative(&mut self, noise: f64) -> bool {
+        let multipliers = self.multipliers.iter().copied().enumerate().take(self.len);
+        match multipliers.min_by(|a, b| a.1.total_cmp(&b.1)) {
+            Some((at, multiplier)) if multiplier < -noise => {
+                self.remove(at);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// Makes w final.
+    fn settle(&mut self, rows: &impl Rows<NV>) -> Settled {
+        let settled = match self.refine(rows) {
+            Refined::Steady => Settled::Final,
+            Refined::Moved => Settled::Moved,
+            Refined::Stuck if self.fresh => Settled::Lost,
+            Refined::Stuck => {
+                self.refresh(rows);
+                Settled::Moved
+            }
+        };
+        if self.drop_negative(0.0) {
+            self.balance();
+            self.combine(rows);
+            return Settled::Moved;
+        }
+        settled
+    }
+
+    /// Refines w and the multipliers until every row of the working set holds. What is corrected is w itself, because the
+    /// multipliers of nearly parallel rows are much larger than w, and so is their rounding error.
+    fn refine(&mut self, rows: &impl Rows<NV>) -> Refined {
+        let (mut refined, mut before) = (Refined::Steady, f64::INFINITY);
+        (self.noise, self.sharp) = (0.0, false);
         for _ in 0..PASSES {
-            let mut missing = self.products(&self.w);
-            for (missing, entry) in missing.iter_mut().zip(self.active.iter().take(self.len)) {
-                *missing = entry.limit - *missing;
+            let size = largest(&self.w);
+            let mut missing = [0.0; NV];
+            let mut off: f64 = 0.0;
+            for (missing, entry) in missing.iter_mut().zip(self.active()) {
+                *missing = self.violation(rows, entry);
+                off = off.max(missing.abs() / (entry.scale + size));
             }
-            let correction = self.factor.solve(&missing);
-            add_scaled(&mut self.multipliers, 1.0, &correction);
-            for (entry, coefficient) in self.active.iter().take(self.len).zip(&correction) {
-                add_scaled(&mut self.w, *coefficient, &entry.normal);
+            if off <= SETTLED || (off > 0.5 * before && off <= TOLERANCE) {
+                self.sharp = true;
+                return refined;
             }
+            if off > 0.5 * before {
+                return Refined::Stuck;
+            }
+            before = off;
+            self.factor.solve(&mut missing);
+            for ((entry, multiplier), correction) in
+                self.active.iter().zip(&mut self.multipliers).zip(&missing).take(self.len)
+            {
+                *multiplier += correction;
+                add_scaled(&mut self.w, correction * entry.sign(), normal(rows, entry));
+            }
+            refined = Refined::Moved;
         }
+        refined
     }
 
-    /// N' vector, with zeros beyond the working set.
-    fn products(&self, vector: &[f64; NV]) -> [f64; NV] {
+    /// w = N multipliers.
+    fn combine(&mut self, rows: &impl Rows<NV>) {
+        self.w = [0.0; NV];
+        let mut weight = 0.0;
+        for (entry, multiplier) in self.active.iter().zip(&self.multipliers).take(self.len) {
+            add_scaled(&mut self.w, multiplier * entry.sign(), normal(rows, entry));
+            weight += multiplier.abs();
+        }
+        (self.noise, self.sharp) = (SUMMED * weight, false);
+    }
+
+    /// N' vector.
+    fn products(&self, rows: &impl Rows<NV>, vector: &[f64]) -> [f64; NV] {
         let mut products = [0.0; NV];
         for (product, entry) in products.iter_mut().zip(self.active()) {
-            *product = dot(&entry.normal, vector);
+            *product = entry.sign() * dot_of(normal(rows, entry), vector);
         }
         products
     }
 
-    fn push_independent(&mut self, entry: Halfspace<NV>) {
-        let (_, distance) = self.project(&entry.normal);
-        let pivot = dot(&distance, &distance);
-        if pivot > DEPENDENT {
-            self.push(entry, pivot, 0.0);
+    fn products_with(&self, rows: &impl Rows<NV>, entry: &Halfspace) -> [f64; NV] {
+        let mut products = self.products(rows, normal(rows, entry));
+        for product in products.iter_mut().take(self.len) {
+            *product *= entry.sign();
+        }
+        products
+    }
+
+    fn push_independent(&mut self, rows: &impl Rows<NV>, entry: Halfspace) {
+        let mut column = self.factor.column(&self.products_with(rows, &entry), 1.0);
+        if column.pivot < SAFE && self.len > 0 {
+            column.pivot = self.project(rows, &entry).1;
+        }
+        if column.pivot > DEPENDENT {
+            self.push(entry, &column, 0.0);
         }
     }
 
-    fn push(&mut self, entry: Halfspace<NV>, pivot: f64, multiplier: f64) {
-        let products = self.products(&entry.normal);
+    fn push(&mut self, entry: Halfspace, column: &Column<NV>, multiplier: f64) {
         if let (Some(place), Some(value)) = (self.active.get_mut(self.len), self.multipliers.get_mut(self.len)) {
             *place = entry;
             *value = multiplier;
             self.len += 1;
-            self.factor.push(&products, pivot);
+            self.factor.push(column);
         }
     }
 
     fn remove(&mut self, at: usize) {
-        close_gap(&mut self.active, at);
-        close_gap(&mut self.multipliers, at);
+        close_gap(self.active.get_mut(..self.len).unwrap_or_default(), at);
+        close_gap(self.multipliers.get_mut(..self.len).unwrap_or_default(), at);
         self.factor.remove(at);
         self.len = self.len.saturating_sub(1);
     }
 
-    /// Loosens the tolerance where the contradiction is not larger than the rounding errors of the limits in it.
-    fn tolerate(&mut self, violated: &Halfspace<NV>, combination: &[f64; NV]) -> bool {
-        let size = largest(&self.w);
-        let violation = violated.limit - dot(&violated.normal, &self.w);
-        let involved = self.active().zip(combination).map(|(entry, r)| r.abs() * (entry.scale + size));
-        let rounding = ROUNDING * involved.fold(violated.scale + size, |sum, term| sum + term);
-        let tolerable = violation <= rounding;
-        if tolerable {
-            self.tolerance = self.tolerance.max(2.0 * violation / (violated.scale + size));
+    /// What a contradiction of the working set and the violated row amounts to.
+    fn judge(&self, rows: &impl Rows<NV>, violated: &Halfspace, combination: &[f64; NV]) -> Verdict {
+        let size = largest(&self.w).max(self.size);
+        let mut sum = [0.0; NV];
+        add_scaled(&mut sum, violated.sign(), normal(rows, violated));
+        let (mut contradiction, mut involved, mut scale) = (violated.limit, violated.scale + size, violated.scale);
+        for (entry, coefficient) in self.active().zip(combination) {
+            let share = (-coefficient).max(0.0);
+            add_scaled(&mut sum, share * entry.sign(), normal(rows, entry));
+            contradiction += share * entry.limit;
+            involved += share * (entry.scale + size);
+            scale = scale.max(entry.scale);
         }
-        tolerable
+        let far = BEYOND * scale.max(size);
+        let cancels = dot_of(&sum, &sum) * far * far <= contradiction * contradiction;
+        let share = self.violation(rows, violated).max(0.0) / involved;
+        if contradiction > ROUNDING * involved && cancels {
+            Verdict::Proved
+        } else if share <= UNPROVED {
+            Verdict::Rounding { share }
+        } else {
+            Verdict::Unknown
+        }
     }
 
-    fn refute(&mut self, violated: Halfspace<NV>, combination: [f64; NV]) -> Outcome {
-        self.multipliers = combination.map(|coefficient| (-coefficient).max(0.0));
+    /// Relaxes all rows by a little more than `share` of (their scale + |w|).
+    fn relax_all(&mut self, rows: &impl Rows<NV>, share: f64) {
+        self.size = largest(&self.w).max(self.size);
+        self.relaxed += 1.5 * share;
+        self.relaxations += 1;
+        self.refresh(rows);
+    }
+
+    /// Keeps the certificate.
+    fn refute(&mut self, violated: Halfspace, combination: &[f64; NV]) -> Outcome {
+        for (multiplier, coefficient) in self.multipliers.iter_mut().zip(combination).take(self.len) {
+            *multiplier = (-coefficient).max(0.0);
+        }
         self.blocked = Some(violated);
         Outcome::Infeasible { row: violated.row }
     }
 }
 
-impl<const NV: usize> Halfspace<NV> {
-    const NONE: Self = Self { row: 0, side: Side::Lower, normal: [0.0; NV], limit: 0.0, scale: 0.0 };
+/// Of so few unknowns a look at all rows costs no more than one at a few.
+const FEW: usize = 8;
+
+/// Relaxations of one solve.
+const MOST_RELAXATIONS: usize = 50;
+
+/// After this many changes per unknown the tolerance doubles with each further one, up to this.
+const LONG: usize = 3;
+const LOOSEST: f64 = 1e-10;
+
+impl Halfspace {
+    const NONE: Self = Self { row: 0, side: Side::Lower, limit: 0.0, scale: 0.0 };
 
     /// One side of a row; `None` where that side is infinite.
-    fn new(index: usize, side: Side, row: &Row<'_, NV>) -> Option<Self> {
-        let (normal, limit) = match side {
-            Side::Lower => (*row.normal, row.lower),
-            Side::Upper => (row.normal.map(|value| -value), -row.upper),
+    fn new(index: usize, side: Side, row: &Row<'_>) -> Option<Self> {
+        let limit = match side {
+            Side::Lower => row.lower,
+            Side::Upper => -row.upper,
         };
-        limit.is_finite().then_some(Self { row: index, side, normal, limit, scale: row.scale })
+        limit.is_finite().then_some(Self { row: index, side, limit, scale: row.scale })
     }
+
+    fn sign(&self) -> f64 {
+        match self.side {
+            Side::Lower => 1.0,
+            Side::Upper => -1.0,
+        }
+    }
+}
+
+/// The normal of the row that an entry is a side of.
+#[inline]
+fn normal<'a, const NV: usize>(rows: &'a impl Rows<NV>, entry: &Halfspace) -> &'a [f64] {
+    rows.normal(entry.row)
+}
+
+fn first(values: &[f64], count: usize) -> &[f64] {
+    values.get(..count).unwrap_or_default()
 }

@@ -116,7 +116,9 @@ impl<const ROWS: usize, const COLUMNS: usize> NormalEquations<ROWS, COLUMNS> {
     }
 
     fn solve(&self, b: &[f64; ROWS]) -> [f64; COLUMNS] {
-        self.factor.solve(&self.columns.each_ref().map(|column| dot(column, b)))
+        let mut solved = self.columns.each_ref().map(|column| dot(column, b));
+        self.factor.solve(&mut solved);
+        solved
     }
 }
 

@@ -31,7 +31,7 @@ pub struct Tables<
     pub coupling: [CouplingRow<NY, NJ>; NC],
     pub changing: [ChangingRow; NH],
     pub reference: R,
-    pub problem: DpcProblem<NX, NU, NV, NR, NT, NS, NQ>,
+    pub problem: DpcProblem<NX, NU, N, NV, NR, NT, NS, NQ>,
 }
 
 /// Model (1), (2) and gains of one subsystem.
@@ -154,20 +154,23 @@ pub struct StageRow<const NP: usize> {
 
 /// The i-DPC problem (33)-(36) as a least-distance problem.
 ///
-/// In dx_k = xhat_k - xref_k, du_k = uhat_k - uref_k, v = (dx_0, du_0, ..., du_{N-1}), w = L' v with H = L L':
+/// In dx_k = xhat_k - xref_k, du_k = uhat_k - uref_k, v = (dx_0, du_0, ..., du_{N-1}), v = T w with T'HT = I:
 ///
 /// ```text
 /// minimise 1/2 |w|^2   subject to   lower <= V w + offset <= upper
 /// ```
 ///
+/// w is taken apart by stages like v, w = (w_x, w_0, ..., w_{N-1}), and T is a simulation: dx_0 = root w_x,
+/// du_k = gain_k dx_k + spread_k w_k, dx_{k+1} = next_k dx_k + drive_k w_k. So a row about stage k knows nothing of later w.
+///
 /// Rows of `V` have unit length and stand in the order tube rows (35a), state rows (35c), input rows (35d), then rows
 /// with no offset (35b), (36). `offset` is zero but for: tube row r, `tube[r] . e` with e = x_t - xref_t; state row
 /// r, `state[r].row . xref_{t+k}`; input row r, `input[r].row . uref_{t+k}`. An absent side is infinite.
-/// dx_0 = first NX entries of `T w`.
 #[derive(Debug, Clone)]
 pub struct DpcProblem<
     const NX: usize,
     const NU: usize,
+    const N: usize,
     const NV: usize,
     const NR: usize,
     const NT: usize,
@@ -175,15 +178,65 @@ pub struct DpcProblem<
     const NQ: usize,
 > {
     pub V: [[f64; NV]; NR],
+    /// Entries of each row of `V` before the zeros it ends with.
+    pub extent: [u16; NR],
     pub lower: [f64; NR],
     pub upper: [f64; NR],
     pub tube: [[f64; NX]; NT],
     pub state: [StageRow<NX>; NS],
     pub input: [StageRow<NU>; NQ],
-    /// T = L^-T, upper triangular: v = T w.
-    pub T: [[f64; NV]; NV],
+    /// The last rows, (36), over dx_N; all of them where `staged`.
+    pub terminal: &'static [[f64; NX]],
+    /// The row that asks the same one stage earlier; [`NO_ROW`] where there is none.
+    pub shift: [u16; NR],
+    /// Upper triangular.
+    pub root: [[f64; NX]; NX],
+    pub stages: [Stage<NX, NU>; N],
+    /// Of xhat_k and uhat_k, where the problem is `boxed`.
+    pub x: Bounds<NX, N>,
+    pub u: Bounds<NU, N>,
+    /// Whether every state and input row is a bound of one state or input, and stands in `x` or `u` too.
+    pub boxed: bool,
+    /// Whether violated rows are looked for by the simulation; otherwise by the rows of `V`. Needs `boxed`.
+    pub staged: bool,
     /// Working-set changes after which the shifted candidate (47) is used instead.
     pub max_iterations: usize,
+}
+
+/// No row.
+pub const NO_ROW: u16 = u16::MAX;
+
+/// One stage k of the simulation that T is.
+#[derive(Debug, Clone)]
+pub struct Stage<const NX: usize, const NU: usize> {
+    /// A + B gain.
+    pub next: [[f64; NX]; NX],
+    /// B spread.
+    pub drive: [[f64; NU]; NX],
+    pub gain: [[f64; NX]; NU],
+    /// Upper triangular.
+    pub spread: [[f64; NU]; NU],
+}
+
+/// Bounds of the entries of a state or an input over the horizon, in their units; infinite where there is none.
+#[derive(Debug, Clone)]
+pub struct Bounds<const COUNT: usize, const N: usize> {
+    pub low: [[f64; COUNT]; N],
+    pub high: [[f64; COUNT]; N],
+    /// What the entry is multiplied by in its row.
+    pub unit: [[f64; COUNT]; N],
+    /// The row of the problem; [`NO_ROW`] where there is none.
+    pub row: [[u16; COUNT]; N],
+}
+
+impl<const COUNT: usize, const N: usize> Bounds<COUNT, N> {
+    /// No bounds.
+    pub const NONE: Self = Self {
+        low: [[f64::NEG_INFINITY; COUNT]; N],
+        high: [[f64::INFINITY; COUNT]; N],
+        unit: [[0.0; COUNT]; N],
+        row: [[NO_ROW; COUNT]; N],
+    };
 }
 
 /// Measured disturbances d of one subsystem, M d in (1a): `ND` loads.

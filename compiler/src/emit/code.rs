@@ -69,7 +69,7 @@ fn formatted(items: Vec<TokenStream>) -> String {
 /// Only what the file names: an unused import would be a warning.
 fn imports(node: &Node) -> Vec<TokenStream> {
     let sizes = &node.sizes;
-    let mut names = vec!["DpcProblem", "Model", "Tables", reference_type(node)];
+    let mut names = vec!["Bounds", "DpcProblem", "Model", "Stage", "Tables", reference_type(node)];
     names.extend((sizes.nc > 0).then_some("CouplingRow"));
     if sizes.nh > 0 {
         names.extend(["ChangingRow", "Member"]);

@@ -49,11 +49,13 @@ impl Fnv {
             // No model has any of these.
             Value::Entries(_)
             | Value::Count(_)
+            | Value::Counts(_)
+            | Value::Array(_)
+            | Value::Slice(_)
             | Value::Word(_)
             | Value::Flag(_)
             | Value::Text(_)
             | Value::Path(_)
-            | Value::Slice(_)
             | Value::Optional(..) => {}
         }
     }

@@ -7,7 +7,7 @@ use super::names::one_line;
 use super::node::{Node, labels};
 use super::tables::{Field, Value};
 use crate::network::CouplingConstraint;
-use crate::problems::{DpcProblem, ReferenceProblem, Row, RowKind};
+use crate::problems::{Bound, DpcProblem, ReferenceProblem, Row, RowKind, Stage};
 
 /// `dpc_runtime::tables::Tables`.
 pub fn all(node: &Node) -> Value {
@@ -188,16 +188,29 @@ fn dpc(node: &Node) -> Value {
         RowKind::Input(stage) => Some(stage_row(stage, offset)),
         _ => None,
     });
+    let extents = dpc.rows.iter().map(|row| row.extent).collect();
     Value::Struct(
         "DpcProblem",
         vec![
             matrix("V", "Rows of unit length in w: (35a), (35c), (35d), (35b), (36)", &dpc.V, &names, &[]),
+            Field::new("extent", "Entries of each row before its last zeros", Value::Counts(extents)),
             Field::new("lower", "Lower limits of the rows", Value::column(&dpc.lower, &names)),
             Field::new("upper", "Upper limits of the rows", Value::column(&dpc.upper, &names)),
             Field::new("tube", "Offsets of the first rows, over e = x - xref", tube),
             Field::new("state", "Offsets of the next rows, over xref_{t+k}, k the stage", state),
             Field::new("input", "Offsets of the next rows, over uref_{t+k}, k the stage", input),
-            matrix("T", "L^-T of H = L L': (dx_0, du_0, ..., du_{N-1}) = T w", &dpc.T, &[], &[]),
+            Field::new("terminal", "The rows (36) over dx_N", terminal(dpc)),
+            Field::new("shift", "The row that asks the same one stage earlier", Value::Counts(dpc.shift())),
+            matrix("root", "T'HT = I, v = T w by simulation: dx_0 = root w_x", &dpc.root, &[], &[]),
+            Field::new("stages", "du_k = gain dx_k + spread w_k, dx_{k+1} = next dx_k + drive w_k", stages(dpc)),
+            Field::new(
+                "x",
+                "Bounds of xhat_k, what they are multiplied by in their rows, and the rows",
+                bounds(dpc, |s| &s.x),
+            ),
+            Field::new("u", "The same of uhat_k", bounds(dpc, |s| &s.u)),
+            Field::new("boxed", "Whether these bounds are all state and input rows", Value::Flag(dpc.boxed)),
+            Field::new("staged", "Whether violated rows are looked for by the simulation", Value::Flag(dpc.staged)),
             Field::new(
                 "max_iterations",
                 "Working-set changes before the shifted candidate (47) is used",
@@ -205,6 +218,45 @@ fn dpc(node: &Node) -> Value {
             ),
         ],
     )
+}
+
+/// The rows over dx_N, where the simulation looks at them.
+fn terminal(dpc: &DpcProblem) -> Value {
+    let rows = dpc.rows.iter().filter(|row| dpc.staged && row.kind == RowKind::Terminal);
+    let rows = rows.map(|row| (row.end.iter().copied().collect(), row.name.clone())).collect();
+    Value::Slice(Box::new(Value::Matrix(rows)))
+}
+
+fn stages(dpc: &DpcProblem) -> Value {
+    let stage = |(k, stage): (usize, &Stage)| {
+        let field = |name, value| Field::new(name, "", value);
+        let fields = vec![
+            field("next", rows(&stage.next)),
+            field("drive", rows(&stage.drive)),
+            field("gain", rows(&stage.gain)),
+            field("spread", rows(&stage.spread)),
+        ];
+        (Value::Struct("Stage", fields), format!("step {k}"))
+    };
+    Value::List(dpc.stages.iter().enumerate().map(stage).collect())
+}
+
+fn bounds(dpc: &DpcProblem, of: fn(&Stage) -> &Vec<Bound>) -> Value {
+    let each =
+        |value: &dyn Fn(&[Bound]) -> Value| Value::Array(dpc.stages.iter().map(|stage| value(of(stage))).collect());
+    let numbers = |of: fn(&Bound) -> f64| each(&|bounds| Value::Row(bounds.iter().map(of).collect()));
+    let fields = vec![
+        Field::new("low", "Lower ends", numbers(|bound| bound.low)),
+        Field::new("high", "Upper ends", numbers(|bound| bound.high)),
+        Field::new("unit", "Factors", numbers(|bound| bound.unit)),
+        Field::new("row", "Rows", each(&|bounds| Value::Counts(bounds.iter().map(|bound| bound.row).collect()))),
+    ];
+    Value::Struct("Bounds", fields)
+}
+
+/// A small matrix on one line.
+fn rows(matrix: &DMatrix<f64>) -> Value {
+    Value::Array(matrix.row_iter().map(|row| Value::Row(row.iter().copied().collect())).collect())
 }
 
 fn offsets(dpc: &DpcProblem, value: impl Fn(RowKind, &DVector<f64>) -> Option<Value>) -> Value {

@@ -20,6 +20,10 @@ pub enum Value {
     Path(&'static str),
     /// An array on one line.
     Row(Vec<f64>),
+    /// An array of `u16` on one line.
+    Counts(Vec<usize>),
+    /// An array of any values on one line.
+    Array(Vec<Value>),
     /// References to lists of indices and numbers, one per line, each with what it means.
     Entries(Vec<(Vec<(usize, f64)>, String)>),
     /// One row per line, each with what it means.
@@ -86,6 +90,8 @@ impl Value {
             Value::Flag(_) => 1,
             Value::Text(text) => 16 + text.len(),
             Value::Row(row) => 8 * row.len(),
+            Value::Counts(counts) => 2 * counts.len(),
+            Value::Array(items) => items.iter().map(Value::bytes).sum(),
             Value::Entries(rows) => rows.iter().map(|(row, _)| 16 + 16 * row.len()).sum(),
             Value::Matrix(rows) => rows.iter().map(|(row, _)| 8 * row.len()).sum(),
             Value::List(items) => items.iter().map(|(item, _)| item.bytes()).sum(),
@@ -134,6 +140,10 @@ fn write_value(text: &mut String, value: &Value, depth: usize) {
         Value::Text(string) => text.push_str(&format!("{string:?}")),
         Value::Path(name) => text.push_str(name),
         Value::Row(row) => text.push_str(&numbers(row)),
+        Value::Counts(counts) => {
+            let _ = write!(text, "{counts:?}");
+        }
+        Value::Array(items) => write_array(text, items, depth),
         Value::Entries(rows) => write_lines(text, depth, rows, |text, row| text.push_str(&pairs(row))),
         Value::Matrix(rows) => write_lines(text, depth, rows, |text, row| text.push_str(&numbers(row))),
         Value::List(items) => write_lines(text, depth, items, |text, item| write_value(text, item, depth + 1)),
@@ -185,6 +195,15 @@ fn write_tuple(text: &mut String, items: &[Value], depth: usize) {
         write_value(text, item, depth);
     }
     text.push(')');
+}
+
+fn write_array(text: &mut String, items: &[Value], depth: usize) {
+    text.push('[');
+    for (k, item) in items.iter().enumerate() {
+        text.push_str(if k == 0 { "" } else { ", " });
+        write_value(text, item, depth);
+    }
+    text.push(']');
 }
 
 fn write_struct(text: &mut String, name: &str, fields: &[Field], depth: usize) {

@@ -19,6 +19,8 @@ pub struct Condensed {
 #[derive(Debug, Clone)]
 pub struct TwoSided {
     pub kind: RowKind,
+    /// Which of the rows of its kind and stage: rows that ask the same at different stages have the same one.
+    pub ordinal: usize,
     /// The user's name of each side; the same where the sides belong together.
     pub lower_name: String,
     pub upper_name: String,
@@ -42,8 +44,15 @@ impl TwoSided {
         }
     }
 
-    fn symmetric(kind: RowKind, name: String, g: DVector<f64>, offset: DVector<f64>, limit: f64) -> Self {
-        Self { kind, lower_name: name.clone(), upper_name: name, g, offset, lower: -limit, upper: limit }
+    fn symmetric(
+        kind: RowKind,
+        ordinal: usize,
+        name: String,
+        g: DVector<f64>,
+        offset: DVector<f64>,
+        limit: f64,
+    ) -> Self {
+        Self { kind, ordinal, lower_name: name.clone(), upper_name: name, g, offset, lower: -limit, upper: limit }
     }
 }
 
@@ -105,7 +114,7 @@ fn tube_rows(s: &Subsystem, sized: &SubsystemSizing, N: usize) -> Vec<TwoSided> 
         let mut g = DVector::zeros(s.n() + N * s.m());
         g.rows_mut(0, s.n()).copy_from(&-&P);
         let name = format!("(35a) x - xhat in E, normal {}", r + 1);
-        TwoSided::symmetric(RowKind::Tube, name, g, P, E.q[r])
+        TwoSided::symmetric(RowKind::Tube, r, name, g, P, E.q[r])
     };
     (0..E.q.len()).map(row).collect()
 }
@@ -128,6 +137,7 @@ fn stage_rows(
             }
             None => rows.push(TwoSided {
                 kind,
+                ordinal: r,
                 lower_name: String::new(),
                 upper_name: format!("{} at step {k}", named.rows[r]),
                 g: on_v.tr_mul(&offset),
@@ -151,7 +161,7 @@ fn coupling_rows(
     let z = &s.Cz * dx + &s.Dz * du;
     let row = |r: usize| {
         let name = format!("(35b) {} near its reference at step {k}", s.coupling_outputs[r]);
-        TwoSided::symmetric(RowKind::CouplingOutput(k), name, z.row(r).transpose(), DVector::zeros(0), sized.dz[r])
+        TwoSided::symmetric(RowKind::CouplingOutput(k), r, name, z.row(r).transpose(), DVector::zeros(0), sized.dz[r])
     };
     (0..s.nz()).map(row).collect()
 }
@@ -162,7 +172,7 @@ fn terminal_rows(sized: &SubsystemSizing, dx_N: &DMatrix<f64>) -> Vec<TwoSided> 
     let row = |r: usize| {
         let name = format!("(36) terminal set, normal {}", r + 1);
         let g = dx_N.tr_mul(&Sigma.P.row(r).transpose());
-        TwoSided::symmetric(RowKind::Terminal, name, g, DVector::zeros(0), Sigma.q[r])
+        TwoSided::symmetric(RowKind::Terminal, r, name, g, DVector::zeros(0), Sigma.q[r])
     };
     (0..Sigma.q.len()).map(row).collect()
 }

@@ -6,7 +6,7 @@ use std::fmt;
 
 use dpc_codegen::design::Design;
 use dpc_codegen::problems::{DpcProblem, ReferenceProblem, Row, RowKind};
-use dpc_runtime::tables::{self, Clamp, Model, StageRow};
+use dpc_runtime::tables::{self, Bounds, Clamp, Model, NO_ROW, Stage, StageRow};
 use dpc_runtime::{Controller, Inbox, Link, StartError, SteadyState};
 use example_kit::bus::{Datagram, NotReceived, decode, encode};
 use nalgebra::DMatrix;
@@ -117,21 +117,31 @@ fn model<const NB: usize>(design: &Design, i: usize, hears: &[usize; NB]) -> Mod
     }
 }
 
-type Problem = tables::DpcProblem<2, 1, NV, NR, NT, NS, NQ>;
+type Problem = tables::DpcProblem<2, 1, HORIZON, NV, NR, NT, NS, NQ>;
 
 /// Rows stand in groups of a fixed size; the last group is what has no offset.
 fn problem(dpc: &DpcProblem) -> Result<Problem, String> {
     let mut problem = Problem {
         V: [[0.0; NV]; NR],
+        extent: [0; NR],
         lower: [f64::NEG_INFINITY; NR],
         upper: [f64::INFINITY; NR],
         tube: [[0.0; 2]; NT],
         state: std::array::from_fn(|_| StageRow { stage: 0, row: [0.0; 2] }),
         input: std::array::from_fn(|_| StageRow { stage: 0, row: [0.0] }),
-        T: array(&dpc.T),
+        terminal: &[],
+        shift: [NO_ROW; NR],
+        root: array(&dpc.root),
+        stages: std::array::from_fn(|k| stage(&dpc.stages[k])),
+        x: Bounds::NONE,
+        u: Bounds::NONE,
+        // Rows are looked for where they are: by V.
+        boxed: false,
+        staged: false,
         max_iterations: dpc.max_iterations,
     };
     let mut filled = [0; 4];
+    let mut places = Vec::new();
     for (r, row) in dpc.rows.iter().enumerate() {
         let group = Group::of(row.kind);
         let k = filled[group as usize];
@@ -140,11 +150,25 @@ fn problem(dpc: &DpcProblem) -> Result<Problem, String> {
         }
         filled[group as usize] += 1;
         let at = group.first() + k;
+        places.push(at);
+        problem.extent[at] = row.extent as u16;
         problem.V[at] = std::array::from_fn(|c| dpc.V[(r, c)]);
         (problem.lower[at], problem.upper[at]) = (dpc.lower[r], dpc.upper[r]);
         problem.offset(row, k);
     }
+    for (at, to) in places.iter().zip(dpc.shift()) {
+        problem.shift[*at] = places.get(to).map_or(NO_ROW, |&to| to as u16);
+    }
     Ok(problem)
+}
+
+fn stage(stage: &dpc_codegen::problems::Stage) -> Stage<2, 1> {
+    Stage {
+        next: array(&stage.next),
+        drive: array(&stage.drive),
+        gain: array(&stage.gain),
+        spread: array(&stage.spread),
+    }
 }
 
 trait Offset {

@@ -7,7 +7,7 @@ use std::fmt;
 use dpc_codegen::design::Design;
 use dpc_codegen::network::Subsystem;
 use dpc_codegen::problems::{DpcProblem, ReferenceProblem, RowKind};
-use dpc_runtime::tables::{self, ChangingRow, Import, Member, Model, StageRow};
+use dpc_runtime::tables::{self, Bounds, ChangingRow, Import, Member, Model, NO_ROW, Stage, StageRow};
 use dpc_runtime::{Controller, Inbox, Link, StartError, SteadyState};
 use example_kit::bus::{Datagram, NotReceived, decode, encode};
 use nalgebra::{DMatrix, DVector};
@@ -137,21 +137,31 @@ fn reference(design: &Design, problem: &ReferenceProblem) -> Result<Reference, &
     fits.then_some(layer).ok_or("rows of the reference outputs")
 }
 
-type Problem = tables::DpcProblem<4, 2, NV, NR, NT, NS, NQ>;
+type Problem = tables::DpcProblem<4, 2, N, NV, NR, NT, NS, NQ>;
 
 /// Rows stand in groups of a fixed size, in the order of an emitted file; what is left of a group restricts nothing.
 fn problem(dpc: &DpcProblem) -> Result<Problem, &'static str> {
     let mut problem = Problem {
         V: [[0.0; NV]; NR],
+        extent: [0; NR],
         lower: [f64::NEG_INFINITY; NR],
         upper: [f64::INFINITY; NR],
         tube: [[0.0; 4]; NT],
         state: std::array::from_fn(|_| StageRow { stage: 0, row: [0.0; 4] }),
         input: std::array::from_fn(|_| StageRow { stage: 0, row: [0.0; 2] }),
-        T: array(&dpc.T),
+        terminal: &[],
+        shift: [NO_ROW; NR],
+        root: array(&dpc.root),
+        stages: std::array::from_fn(|k| stage(&dpc.stages[k])),
+        x: Bounds::NONE,
+        u: Bounds::NONE,
+        // Rows are looked for where they are: by V.
+        boxed: false,
+        staged: false,
         max_iterations: dpc.max_iterations,
     };
     let mut filled = [0; 4];
+    let mut places = Vec::new();
     for (r, row) in dpc.rows.iter().enumerate() {
         let group = group(row.kind);
         let k = filled[group];
@@ -160,6 +170,8 @@ fn problem(dpc: &DpcProblem) -> Result<Problem, &'static str> {
             return Err(["tube rows", "state rows", "input rows", "rows without offset"][group]);
         }
         filled[group] += 1;
+        places.push(at);
+        problem.extent[at] = row.extent as u16;
         problem.V[at] = std::array::from_fn(|c| dpc.V[(r, c)]);
         (problem.lower[at], problem.upper[at]) = (dpc.lower[r], dpc.upper[r]);
         match row.kind {
@@ -169,7 +181,19 @@ fn problem(dpc: &DpcProblem) -> Result<Problem, &'static str> {
             RowKind::CouplingOutput(_) | RowKind::Terminal => {}
         }
     }
+    for (at, to) in places.iter().zip(dpc.shift()) {
+        problem.shift[*at] = places.get(to).map_or(NO_ROW, |&to| to as u16);
+    }
     Ok(problem)
+}
+
+fn stage(stage: &dpc_codegen::problems::Stage) -> Stage<4, 2> {
+    Stage {
+        next: array(&stage.next),
+        drive: array(&stage.drive),
+        gain: array(&stage.gain),
+        spread: array(&stage.spread),
+    }
 }
 
 /// Where groups begin, and the end.

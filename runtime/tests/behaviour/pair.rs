@@ -6,7 +6,7 @@
 //! <= Z - E = 0.9 fits. Terminal set |dx_2| <= 0.9, invariant under F. uref = -3 xref + eref gives the reference
 //! system the eigenvalues of modulus 0.84. Y is [-2, 2] at a rate of 0.05: uref stays below 3 and xref below 3.
 
-use dpc_runtime::tables::{Clamp, CouplingRow, DpcProblem, Model, StageRow};
+use dpc_runtime::tables::{Bounds, Clamp, CouplingRow, DpcProblem, Model, NO_ROW, Stage, StageRow};
 use dpc_runtime::{Controller, Inbox, Link, Message, Tables};
 
 pub const TUBE: f64 = 0.1;
@@ -62,7 +62,7 @@ fn with_coupling<const NJ: usize, const NC: usize>(
 const DX: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.9, 0.1, 0.0], [0.81, 0.09, 0.1]];
 const DU: [[f64; 3]; 2] = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-fn problem() -> DpcProblem<1, 1, 3, 8, 1, 2, 2> {
+fn problem() -> DpcProblem<1, 1, 2, 3, 8, 1, 2, 2> {
     let tightened = BOUND - TUBE;
     let rows = [
         (DX[0], TUBE, -1.0),
@@ -74,50 +74,71 @@ fn problem() -> DpcProblem<1, 1, 3, 8, 1, 2, 2> {
         (DX[1], RESERVE, 0.0),
         (DX[2], RESERVE, 0.0),
     ];
-    let T = inverse_transpose(cholesky(hessian()));
+    let (root, [(gain0, spread0), (gain1, spread1)]) = riccati();
+    let T = simulated(root, [(gain0, spread0), (gain1, spread1)]);
     let scaled = rows.map(|(row, limit, offset)| {
         let v: [f64; 3] = std::array::from_fn(|j| (0..3).map(|i| row[i] * T[i][j]).sum());
         let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
         (v.map(|x| x / length), limit / length, offset / length)
     });
-    let stage = |row: usize, stage| StageRow { stage, row: [scaled[row].2] };
+    let stage_row = |row: usize, stage| StageRow { stage, row: [scaled[row].2] };
+    let bounds = |rows: [usize; 2]| Bounds {
+        low: [[-tightened]; 2],
+        high: [[tightened]; 2],
+        unit: rows.map(|row| [scaled[row].2]),
+        row: rows.map(|row| [row as u16]),
+    };
+    let stage = |gain: f64, spread: f64| Stage {
+        next: [[0.9 + 0.1 * gain]],
+        drive: [[0.1 * spread]],
+        gain: [[gain]],
+        spread: [[spread]],
+    };
     DpcProblem {
         V: scaled.map(|(v, ..)| v),
+        extent: scaled.map(|(v, ..)| v.iter().rposition(|x| *x != 0.0).map_or(0, |last| last as u16 + 1)),
         lower: scaled.map(|(_, limit, _)| -limit),
         upper: scaled.map(|(_, limit, _)| limit),
         tube: [[scaled[0].2]],
-        state: [stage(1, 0), stage(2, 1)],
-        input: [stage(3, 0), stage(4, 1)],
-        T,
+        state: [stage_row(1, 0), stage_row(2, 1)],
+        input: [stage_row(3, 0), stage_row(4, 1)],
+        terminal: Box::leak(Box::new([[scaled[7].1 / RESERVE]])),
+        shift: [0, NO_ROW, 1, NO_ROW, 3, NO_ROW, 5, 7],
+        root: [[root]],
+        stages: [stage(gain0, spread0), stage(gain1, spread1)],
+        x: bounds([1, 2]),
+        u: bounds([3, 4]),
+        boxed: true,
+        staged: true,
         max_iterations: 50,
     }
 }
 
-/// Q = R = 1 and P = 2 / (1 - 0.64) of (37).
-fn hessian() -> [[f64; 3]; 3] {
-    let weighted = [(DX[0], 1.0), (DX[1], 1.0), (DX[2], 2.0 / 0.36), (DU[0], 1.0), (DU[1], 1.0)];
-    std::array::from_fn(|i| std::array::from_fn(|j| weighted.iter().map(|(row, q)| q * row[i] * row[j]).sum()))
-}
-
-fn cholesky(H: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
-    let mut L = [[0.0; 3]; 3];
-    for i in 0..3 {
-        for j in 0..=i {
-            let rest = H[i][j] - (0..j).map(|k| L[i][k] * L[j][k]).sum::<f64>();
-            L[i][j] = if i == j { rest.sqrt() } else { rest / L[j][j] };
-        }
+/// Q = R = 1 and P = 2 / (1 - 0.64) of (37): dx_0 = root w, and gain and spread of the two stages.
+fn riccati() -> (f64, [(f64, f64); 2]) {
+    let mut cost: f64 = 2.0 / 0.36;
+    let mut stages = [(0.0, 0.0); 2];
+    for stage in stages.iter_mut().rev() {
+        let curvature = 1.0 + 0.01 * cost;
+        let gain = -0.09 * cost / curvature;
+        *stage = (gain, 1.0 / curvature.sqrt());
+        cost = 1.0 + gain * gain + (0.9 + 0.1 * gain).powi(2) * cost;
     }
-    L
+    (1.0 / cost.sqrt(), stages)
 }
 
-/// T with L' T = I, by substitution from the last row up.
-#[expect(clippy::needless_range_loop, reason = "substitution reads better with its indices")]
-fn inverse_transpose(L: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
+/// v = T w: what each entry of w does alone.
+#[expect(clippy::needless_range_loop, reason = "a simulation per column reads better with its index")]
+fn simulated(root: f64, stages: [(f64, f64); 2]) -> [[f64; 3]; 3] {
     let mut T = [[0.0; 3]; 3];
     for column in 0..3 {
-        for i in (0..3).rev() {
-            let unit = if i == column { 1.0 } else { 0.0 };
-            T[i][column] = (unit - (i + 1..3).map(|k| L[k][i] * T[k][column]).sum::<f64>()) / L[i][i];
+        let alone = |k: usize| if k == column { 1.0 } else { 0.0 };
+        let mut dx = root * alone(0);
+        T[0][column] = dx;
+        for (k, (gain, spread)) in stages.into_iter().enumerate() {
+            let du = gain * dx + spread * alone(k + 1);
+            T[k + 1][column] = du;
+            dx = 0.9 * dx + 0.1 * du;
         }
     }
     T

@@ -8,7 +8,7 @@
 use std::array;
 use std::f64::consts::FRAC_PI_2;
 
-use dpc_runtime::tables::{ChangingRow, DpcProblem, Import, Member, Model, Nearest};
+use dpc_runtime::tables::{Bounds, ChangingRow, DpcProblem, Import, Member, Model, NO_ROW, Nearest, Stage};
 use dpc_runtime::{Controller, HalfSpace, Inbox, Link, Meeting, Message, SteadyState, Tables};
 
 pub const EPSILON: f64 = 1.0;
@@ -78,16 +78,26 @@ fn layer() -> Layer {
 }
 
 /// Nothing disturbs, so the tube rows alone are left: x stays on its reference.
-fn problem() -> DpcProblem<2, 2, 6, 2, 2, 0, 0> {
+fn problem() -> DpcProblem<2, 2, 2, 6, 2, 2, 0, 0> {
     let unit = |k: usize| array::from_fn(|j| if j == k { 1.0 } else { 0.0 });
+    let identity = [[1.0, 0.0], [0.0, 1.0]];
+    let stage = || Stage { next: identity, drive: identity, gain: [[0.0; 2]; 2], spread: identity };
     DpcProblem {
         V: array::from_fn(unit),
+        extent: [1, 2],
         lower: [-1e-6; 2],
         upper: [1e-6; 2],
         tube: [[-1.0, 0.0], [0.0, -1.0]],
         state: [],
         input: [],
-        T: array::from_fn(unit),
+        terminal: &[],
+        shift: [NO_ROW; 2],
+        root: identity,
+        stages: [stage(), stage()],
+        x: Bounds::NONE,
+        u: Bounds::NONE,
+        boxed: false,
+        staged: false,
         max_iterations: 50,
     }
 }

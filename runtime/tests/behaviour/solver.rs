@@ -14,7 +14,7 @@ struct Problem<const NV: usize> {
 }
 
 impl<const NV: usize> Rows<NV> for Problem<NV> {
-    fn iter(&self) -> impl Iterator<Item = Row<'_, NV>> {
+    fn iter(&self) -> impl Iterator<Item = Row<'_>> {
         self.rows.iter().map(|(normal, lower, upper)| {
             let finite = |value: f64| if value.is_finite() { value.abs() } else { 0.0 };
             Row { normal, lower: *lower, upper: *upper, scale: finite(*lower).max(finite(*upper)) }
@@ -103,14 +103,14 @@ fn assert_optimal<const NV: usize>(problem: &Problem<NV>, solver: &Solver<NV>) {
     let w = solver.w();
     let size = problem.scale() + largest(w);
     for (normal, limit) in problem.halfspaces() {
-        assert!(dot(&normal, w) - limit <= 1.01e-11 * size, "violated by {:e}", dot(&normal, w) - limit);
+        assert!(dot(&normal, w) - limit <= 1.01e-12 * size, "violated by {:e}", dot(&normal, w) - limit);
     }
     let mut sum = [0.0; NV];
     let mut weight = 0.0;
     for (row, side, multiplier) in solver.multipliers() {
         let (normal, limit) = problem.side(row, side);
         assert!(multiplier >= 0.0);
-        assert!((dot(&normal, w) - limit).abs() <= 1e-11 * size, "active row is off by {:e}", dot(&normal, w) - limit);
+        assert!((dot(&normal, w) - limit).abs() <= 1e-12 * size, "active row is off by {:e}", dot(&normal, w) - limit);
         sum = std::array::from_fn(|k| sum[k] + multiplier * normal[k]);
         weight += multiplier;
     }
@@ -213,11 +213,12 @@ fn cold<const NV: usize>(problem: &Problem<NV>) -> (Solver<NV>, Outcome) {
     (solver, outcome)
 }
 
-/// Cold, warm from the solution's own working set, and warm from a random one all end at the same point.
-fn assert_warm_equals_cold<const NV: usize>(random: &mut Random, problem: &Problem<NV>, cold: &Solver<NV>) {
+/// Cold, warm from the solution's own working set, and warm from a random one all end at the same point. Returns whether the
+/// solution's own working set needed no change, which rows that hold up to rounding only may cause.
+fn assert_warm_equals_cold<const NV: usize>(random: &mut Random, problem: &Problem<NV>, cold: &Solver<NV>) -> bool {
     let mut warm = Solver::NEW;
     let again = warm.solve(problem, &cold.working_set(), BUDGET);
-    assert_eq!(again, Outcome::Optimal { iterations: 0 });
+    assert!(matches!(again, Outcome::Optimal { .. }), "{again:?}");
     assert_close(warm.w(), cold.w(), 1e-8);
 
     let mut set = WorkingSet::EMPTY;
@@ -228,19 +229,22 @@ fn assert_warm_equals_cold<const NV: usize>(random: &mut Random, problem: &Probl
     assert!(matches!(warm.solve(problem, &set, BUDGET), Outcome::Optimal { .. }));
     assert_optimal(problem, &warm);
     assert_close(warm.w(), cold.w(), 1e-8);
+    again == Outcome::Optimal { iterations: 0 }
 }
 
 fn sweep<const NV: usize>(seed: u64, cases: usize, most_rows: usize, mut check: impl FnMut(&Problem<NV>, &Solver<NV>)) {
     let mut random = Random::new(seed);
+    let mut unchanged = 0;
     for case in 0..cases {
         let count = 1 + random.below(most_rows);
         let problem = feasible::<NV>(&mut random, count);
         let (solver, outcome) = cold(&problem);
         assert!(matches!(outcome, Outcome::Optimal { .. }), "case {case}: {outcome:?}");
         assert_optimal(&problem, &solver);
-        assert_warm_equals_cold(&mut random, &problem, &solver);
+        unchanged += usize::from(assert_warm_equals_cold(&mut random, &problem, &solver));
         check(&problem, &solver);
     }
+    assert!(unchanged * 20 >= cases * 18, "only {unchanged} of {cases} working sets were kept");
 }
 
 #[test]
@@ -371,4 +375,83 @@ fn has_no_absolute_tolerance() {
         assert_eq!(outcome, Outcome::Optimal { iterations: 2 });
         assert_close(solver.w(), &[0.1 * size, 0.55 * size], 1e-14);
     }
+}
+
+/// Rows normal . w >= limit.
+fn at_least<const NV: usize>(rows: &[([f64; NV], f64)]) -> Problem<NV> {
+    Problem { rows: rows.iter().map(|(normal, limit)| (*normal, *limit, f64::INFINITY)).collect() }
+}
+
+/// How far the worst row is from holding, relative to its limit and w.
+fn off<const NV: usize>(problem: &Problem<NV>, w: &[f64; NV]) -> f64 {
+    let size = largest(w);
+    let off = |(normal, limit): ([f64; NV], f64)| (dot(&normal, w) - limit) / (limit.abs() + size);
+    problem.halfspaces().into_iter().map(off).fold(0.0, f64::max)
+}
+
+/// Rows within 1e-5 to 1e-7 of each other, whose working set no refinement makes hold: that is no solution.
+#[test]
+fn calls_nothing_optimal_that_does_not_hold() {
+    let hand_made = at_least(&[
+        ([1.0, 0.0, 0.0, 0.0], 0.9749002926780441),
+        ([0.9953711700939267, -0.09610532630604929, 1.2061687186563002e-6, 0.0], 0.1553366409117516),
+        ([-0.9999999999999907, 1.3738775012262227e-7, 0.0, 0.0], -0.5708505635195038),
+        ([0.995401707051562, 1.1524926917820529e-5, -0.09578852470810614, 5.072034935851988e-7], 0.21603717730486816),
+    ]);
+    let mut random = Random::new(11);
+    let mut optimal = 0;
+    for case in 0..5000 {
+        let count = 3 + case % 2;
+        let base = unit::<4>(&mut random);
+        let rows: Vec<_> = (0..count)
+            .map(|_| {
+                let near = 10f64.powf(random.between(-7.0, -5.0));
+                let side = if random.between(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
+                let beside = unit::<4>(&mut random);
+                let normal: [f64; 4] = std::array::from_fn(|k| side * (base[k] + near * beside[k]));
+                (normalised(normal), random.between(-1.0, 1.0))
+            })
+            .collect();
+        let problem = if case == 0 { hand_made.clone() } else { at_least(&rows) };
+        let (solver, outcome) = cold(&problem);
+        if let Outcome::Optimal { .. } = outcome {
+            assert!(off(&problem, solver.w()) <= 1e-9, "case {case}: {}", off(&problem, solver.w()));
+            optimal += 1;
+        }
+    }
+    assert!(optimal > 1000, "{optimal}");
+}
+
+/// The noise of large multipliers hides the third row at the first look.
+#[test]
+fn looks_again_where_noise_hid_a_row() {
+    let small = 2f64.powi(-23);
+    let problem = at_least(&[([1.0, 0.0, 0.0], 1.0), ([-1.0, small, 0.0], 1.0), ([0.0, 0.0, 1.0], 0.1)]);
+    let (solver, outcome) = cold(&problem);
+    assert!(matches!(outcome, Outcome::Optimal { .. }), "{outcome:?}");
+    assert_close(solver.w(), &[1.0, 2f64.powi(24), 0.1], 1e-15);
+    assert_eq!(solver.w()[2], 0.1);
+}
+
+/// A problem whose rows say that their limits are usually much smaller.
+struct Understated<const NV: usize>(Problem<NV>, f64);
+
+impl<const NV: usize> Rows<NV> for Understated<NV> {
+    fn iter(&self) -> impl Iterator<Item = Row<'_>> {
+        self.0.iter().map(|row| Row { scale: self.1, ..row })
+    }
+}
+
+/// w = (0.99833, 1.52, 0.99833) satisfies all rows; it is not far from where the contradiction seems to be.
+#[test]
+fn proves_nothing_by_a_scale_that_is_too_small() {
+    let (limit, angle) = (0.9983337467303341, 4.614189210527822e-8_f64);
+    let rows = [
+        ([1.0, 0.0, 0.0], limit),
+        ([-angle.cos(), angle.sin(), 0.0], -limit + 6.970672123744962e-8),
+        ([0.0, 0.0, 1.0], limit),
+    ];
+    let mut solver = Solver::NEW;
+    let outcome = solver.solve(&Understated(at_least(&rows), 1e-3), &WorkingSet::EMPTY, BUDGET);
+    assert!(!matches!(outcome, Outcome::Infeasible { .. }), "{outcome:?}");
 }
