@@ -279,7 +279,7 @@ impl<
     }
 
     fn glance(&self, w: &[f64; NV]) -> Option<Glance> {
-        Some(if self.problem.staged { self.look(w) } else { self.look_by_rows(w) })
+        Some(if self.problem.staged && self.problem.boxed { self.look(w) } else { self.look_by_rows(w) })
     }
 }
 

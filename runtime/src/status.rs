@@ -36,8 +36,8 @@ pub enum Control {
         /// The row that could not be satisfied, an index into the emitted row names.
         row: usize,
     },
-    /// The iteration budget ran out, and the shifted candidate violates a constraint: possible only after an infeasible
-    /// step or lost messages. Input and guarantee as for `Infeasible`.
+    /// The iteration budget ran out, or rows are so nearly parallel that the solver could not tell, and the shifted candidate
+    /// violates a constraint: possible only after an infeasible step or lost messages. Input and guarantee as for `Infeasible`.
     IterationLimit,
     /// The measured state is not finite. Input: that of the shifted candidate without feedback, uref + du_0, put into the box
     /// around U_i. The guarantee is lost for this step, as for `Infeasible`.
