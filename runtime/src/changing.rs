@@ -14,32 +14,33 @@
 
 use core::fmt;
 
-use crate::linear::finite;
-use crate::tables::{ChangingRow, CouplingRow, Import, Member};
+use super::linear::finite;
+use super::tables::{ChangingRow, CouplingRow, Import, Member};
+use super::{Real, precision};
 
 /// A row may be accepted if k_h exceeds l~_h by no more than this share of its margin: rows that hold with equality are common,
 /// since the members may use all the room there is, and must not be lost by rounding. The emitted margins have ten times that in
 /// reserve.
-pub(crate) const ACCEPTANCE: f64 = 1e-9;
+pub(crate) const ACCEPTANCE: Real = precision::KEPT;
 
 /// own . y_i + others . y_j <= l, between the outputs of one time. Made by hand, or by [`Pair::apart`] and [`Meeting::beyond`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfSpace<const NY: usize, const NJ: usize> {
     /// `H_h^[i]` of this subsystem.
-    pub own: [f64; NY],
-    /// `H_h^[j]` of the others, over the imported outputs, at the places that [`Link::y`](crate::Link) and [`Import`] say; zero but for
+    pub own: [Real; NY],
+    /// `H_h^[j]` of the others, over the imported outputs, at the places that [`Link::y`](super::Link) and [`Import`] say; zero but for
     /// the members of the constraint.
-    pub others: [f64; NJ],
+    pub others: [Real; NJ],
     /// l_h.
-    pub l: f64,
+    pub l: Real,
 }
 
 /// What all members of a changing constraint know at a step: yref_{t+N-1} of all of them, and the margins of (26).
 #[derive(Debug, Clone, Copy)]
 pub struct Meeting<'a, const NY: usize, const NJ: usize> {
     row: &'a ChangingRow,
-    own: &'a [f64; NY],
-    others: &'a [f64; NJ],
+    own: &'a [Real; NY],
+    others: &'a [Real; NJ],
 }
 
 /// A [`Meeting`] of two subsystems with equally many outputs.
@@ -49,9 +50,9 @@ pub struct Pair<'a, const NY: usize, const NJ: usize> {
     import: Import,
     own_is_first: bool,
     /// yref_{t+N-1} of the one that comes first in the network.
-    pub first: [f64; NY],
+    pub first: [Real; NY],
     /// That of the other.
-    pub second: [f64; NY],
+    pub second: [Real; NY],
 }
 
 /// Why a row was not redrawn. The one before stays in force.
@@ -74,14 +75,14 @@ pub enum NotRedrawn {
     /// It has a coefficient on an output of a subsystem that is no member: likewise.
     NotMember,
     /// k_{h,t+N-1} <= l~_h does not hold for it.
-    Exceeded { k: f64, l_tilde: f64 },
+    Exceeded { k: Real, l_tilde: Real },
 }
 
 /// What is in force.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Held<const NY: usize, const NJ: usize> {
     /// With its margin of (26). `None`: none was ever accepted.
-    row: Option<(CouplingRow<NY, NJ>, f64)>,
+    row: Option<(CouplingRow<NY, NJ>, Real)>,
     /// Whether all members are known to hold the same.
     shared: bool,
     /// The last step at which it was redrawn, or confirmed, with all members heard.
@@ -97,7 +98,7 @@ pub(crate) enum InForce<const NY: usize, const NJ: usize> {
     Unsure,
     Row {
         row: CouplingRow<NY, NJ>,
-        margin: f64,
+        margin: Real,
     },
 }
 
@@ -107,18 +108,18 @@ impl<const NY: usize, const NJ: usize> HalfSpace<NY, NJ> {
 }
 
 impl<'a, const NY: usize, const NJ: usize> Meeting<'a, NY, NJ> {
-    pub(crate) fn new(row: &'a ChangingRow, own: &'a [f64; NY], others: &'a [f64; NJ]) -> Self {
+    pub(crate) fn new(row: &'a ChangingRow, own: &'a [Real; NY], others: &'a [Real; NJ]) -> Self {
         Self { row, own, others }
     }
 
     /// yref_{t+N-1} of each member, in the order of the network.
-    pub fn outputs(&self) -> impl Iterator<Item = &'a [f64]> + use<'a, NY, NJ> {
+    pub fn outputs(&self) -> impl Iterator<Item = &'a [Real]> + use<'a, NY, NJ> {
         let (own, others) = (self.own, self.others);
         self.row.members.iter().map(move |member| part(member, own, others))
     }
 
     /// k_{h,t+N-1} of (27).
-    pub fn k(&self, drawn: &HalfSpace<NY, NJ>) -> f64 {
+    pub fn k(&self, drawn: &HalfSpace<NY, NJ>) -> Real {
         let terms = self.row.members.iter().flat_map(|member| {
             let row = part(member, &drawn.own, &drawn.others);
             row.iter().zip(part(member, self.own, self.others)).map(|(h, y)| h * y)
@@ -127,13 +128,13 @@ impl<'a, const NY: usize, const NJ: usize> Meeting<'a, NY, NJ> {
     }
 
     /// What (26) takes of the row: an upper bound of the sum over all members of the supports of [C_j 0] Delta_j^chi and of Z_j.
-    pub fn margin(&self, drawn: &HalfSpace<NY, NJ>) -> f64 {
+    pub fn margin(&self, drawn: &HalfSpace<NY, NJ>) -> Real {
         let members = self.row.members.iter();
         members.fold(0.0, |sum, member| sum + support(member, part(member, &drawn.own, &drawn.others)))
     }
 
     /// l~_h of (26).
-    pub fn l_tilde(&self, drawn: &HalfSpace<NY, NJ>) -> f64 {
+    pub fn l_tilde(&self, drawn: &HalfSpace<NY, NJ>) -> Real {
         drawn.l - self.margin(drawn)
     }
 
@@ -145,7 +146,7 @@ impl<'a, const NY: usize, const NJ: usize> Meeting<'a, NY, NJ> {
 
     /// The row normal . y >= bound on this subsystem's outputs alone, where it is the only member: for instance of a constraint that
     /// keeps it off an obstacle. `bound` is what the true outputs are to keep, without the margins of (26).
-    pub fn beyond(&self, normal: &[f64; NY], bound: f64) -> HalfSpace<NY, NJ> {
+    pub fn beyond(&self, normal: &[Real; NY], bound: Real) -> HalfSpace<NY, NJ> {
         HalfSpace { own: normal.map(|entry| -entry), others: [0.0; NJ], l: -bound }
     }
 
@@ -164,7 +165,7 @@ impl<'a, const NY: usize, const NJ: usize> Meeting<'a, NY, NJ> {
 
 impl<const NY: usize, const NJ: usize> Pair<'_, NY, NJ> {
     /// What (26) takes of normal . (y_first - y_second) >= distance.
-    pub fn margin(&self, normal: &[f64; NY]) -> f64 {
+    pub fn margin(&self, normal: &[Real; NY]) -> Real {
         let [first, second] = self.meeting.row.members else { return 0.0 };
         // A support is the same in opposite directions.
         support(first, normal) + support(second, normal)
@@ -173,7 +174,7 @@ impl<const NY: usize, const NJ: usize> Pair<'_, NY, NJ> {
     /// The row normal . (y_first - y_second) >= distance, as this subsystem sees it. `distance` is what the true outputs are to keep,
     /// without the margins of (26), which are charged when the row is accepted: it holds now if
     /// normal . (first - second) >= distance + [`Self::margin`].
-    pub fn apart(&self, normal: &[f64; NY], distance: f64) -> HalfSpace<NY, NJ> {
+    pub fn apart(&self, normal: &[Real; NY], distance: Real) -> HalfSpace<NY, NJ> {
         let opposite = normal.map(|entry| -entry);
         let (own, other) = if self.own_is_first { (opposite, *normal) } else { (*normal, opposite) };
         let mut others = [0.0; NJ];
@@ -183,7 +184,11 @@ impl<const NY: usize, const NJ: usize> Pair<'_, NY, NJ> {
 }
 
 /// The entries of one member.
-fn part<'a, const NY: usize, const NJ: usize>(member: &Member, own: &'a [f64; NY], others: &'a [f64; NJ]) -> &'a [f64] {
+fn part<'a, const NY: usize, const NJ: usize>(
+    member: &Member,
+    own: &'a [Real; NY],
+    others: &'a [Real; NJ],
+) -> &'a [Real] {
     match member.import {
         None => own,
         Some(import) => others.get(import.first..).and_then(|rest| rest.get(..import.outputs)).unwrap_or(&[]),
@@ -191,8 +196,8 @@ fn part<'a, const NY: usize, const NJ: usize>(member: &Member, own: &'a [f64; NY
 }
 
 /// Upper bound of what (26) takes of row . y_j.
-fn support(member: &Member, row: &[f64]) -> f64 {
-    let along = |generator: &&[f64]| generator.iter().zip(row).fold(0.0, |sum, (g, h)| sum + g * h).abs();
+fn support(member: &Member, row: &[Real]) -> Real {
+    let along = |generator: &&[Real]| generator.iter().zip(row).fold(0.0, |sum, (g, h)| sum + g * h).abs();
     member.generators.iter().map(along).fold(0.0, |sum, term| sum + term)
 }
 
@@ -231,7 +236,7 @@ impl<const NY: usize, const NJ: usize> Held<NY, NJ> {
 fn qualified<const NY: usize, const NJ: usize>(
     meeting: &Meeting<'_, NY, NJ>,
     drawn: &HalfSpace<NY, NJ>,
-) -> Result<(CouplingRow<NY, NJ>, f64), NotRedrawn> {
+) -> Result<(CouplingRow<NY, NJ>, Real), NotRedrawn> {
     if !(finite(&drawn.own) && finite(&drawn.others) && drawn.l.is_finite()) {
         return Err(NotRedrawn::NotFinite);
     }

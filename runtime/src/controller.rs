@@ -1,30 +1,33 @@
 //! One subsystem's controller: the step, and the order of things in it.
 
-use crate::changing::{ACCEPTANCE, HalfSpace, Held, InForce, Meeting, NotRedrawn};
-use crate::linear::{add, clip, dot, finite, largest, subtract, times};
-use crate::load::Load;
-use crate::message::{Delivery, Inbox, Message};
-use crate::plan::{Passage, StartPlan};
-use crate::problem::Plan;
-use crate::reference::{ReferenceLayer, Share};
-use crate::solver::{Outcome, Solver, WorkingSet};
-use crate::start::{StartError, SteadyState};
+use super::changing::{ACCEPTANCE, HalfSpace, Held, InForce, Meeting, NotRedrawn};
+use super::linear::{add, clip, dot, finite, largest, subtract, times};
+use super::load::Load;
+use super::message::{Inbox, Message};
+use super::plan::{Passage, StartPlan};
+use super::problem::Plan;
+use super::reference::{ReferenceLayer, Share};
+use super::solver::{Outcome, Solver, WorkingSet};
+use super::start::SteadyState;
+use super::tables::{CouplingRow, Tables};
+use super::trajectory::Trajectory;
+use super::{Real, precision};
+use crate::delivery::Delivery;
+use crate::refusal::StartError;
 use crate::status::{Control, References, Status};
-use crate::tables::{CouplingRow, Tables};
-use crate::trajectory::Trajectory;
 
 /// A coupling constraint counts as exceeded above this, relative to the numbers in it.
-const EXCEEDED: f64 = 1e-9;
+const EXCEEDED: Real = precision::KEPT;
 
 /// Of a sum of numbers of that size, generously.
-const ROUNDING: f64 = 1e-12;
+const ROUNDING: Real = precision::SUMS;
 
 /// Who moves by less than this, relative to epsilon, stands still; who could move by ten times more if it were alone is held up.
-const STANDSTILL: f64 = 1e-3;
+const STANDSTILL: Real = 1e-3;
 
-/// The shifted candidate counts as feasible up to this, as [`Instance::admits`](crate::problem::Instance::admits) takes
+/// The shifted candidate counts as feasible up to this, as [`Instance::admits`](super::problem::Instance::admits) takes
 /// it: it carries the rounding errors of all steps since the last solution.
-const CANDIDATE: f64 = 1e-9;
+const CANDIDATE: Real = precision::KEPT;
 
 /// The controller of one subsystem: everything it remembers from step to step.
 ///
@@ -59,7 +62,7 @@ pub struct Controller<
     /// This period's plan. The candidate stays beside it, because the period may be planned again.
     present: Present<NX, NU, N, NV>,
     /// How far the measurement may move each tube row; `None`: states are measured exactly.
-    noise: Option<&'a [f64; NT]>,
+    noise: Option<&'a [Real; NT]>,
     /// What this period's plan says about the true state.
     knowledge: Knowledge,
     /// Whether this period's tube rows took the forecast into account.
@@ -67,7 +70,7 @@ pub struct Controller<
     /// Whether the true state is known to lie within E_i of the candidate, if all neighbours were certified at the step before.
     forecast: bool,
     /// What the loads add to the newest reference state.
-    push: [f64; NX],
+    push: [Real; NX],
     /// Whether there are loads: then every step needs theirs.
     loaded: bool,
     /// What the last message said about start-up plans.
@@ -75,7 +78,7 @@ pub struct Controller<
     /// The rows of the changing coupling constraints.
     changing: [Held<NY, NJ>; NH],
     /// The imported outputs of the step before.
-    y_before: [f64; NJ],
+    y_before: [Real; NJ],
     max_iterations: usize,
     degraded: bool,
     /// Kept for its memory alone.
@@ -114,7 +117,7 @@ enum Knowledge {
 #[derive(Debug, Clone, Copy)]
 pub struct Step<const NX: usize, const NU: usize, const NY: usize, const NZ: usize, const NB: usize> {
     /// u_t of (38).
-    pub input: [f64; NU],
+    pub input: [Real; NU],
     /// For all neighbours, who need it at their step t + 1.
     pub message: Message<NY, NZ>,
     pub status: Status<NB>,
@@ -125,7 +128,7 @@ pub struct Step<const NX: usize, const NU: usize, const NY: usize, const NZ: usi
 #[derive(Debug, Clone, Copy)]
 pub struct Input<const NX: usize, const NU: usize, const NY: usize> {
     /// u_t of (38).
-    pub input: [f64; NU],
+    pub input: [Real; NU],
     pub control: Control,
     pub telemetry: Telemetry<NX, NU, NY>,
 }
@@ -147,15 +150,15 @@ pub struct Outlook<const NY: usize, const NZ: usize, const NB: usize> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Telemetry<const NX: usize, const NU: usize, const NY: usize> {
     /// xref_t.
-    pub x_ref: [f64; NX],
+    pub x_ref: [Real; NX],
     /// uref_t.
-    pub u_ref: [f64; NU],
+    pub u_ref: [Real; NU],
     /// yref_t.
-    pub y_ref: [f64; NY],
+    pub y_ref: [Real; NY],
     /// xhat_{t|t}.
-    pub x_nom: [f64; NX],
+    pub x_nom: [Real; NX],
     /// uhat_{t|t}.
-    pub u_nom: [f64; NU],
+    pub u_nom: [Real; NU],
 }
 
 impl<
@@ -210,8 +213,8 @@ impl<
     pub fn start_planned(
         tables: &'a Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ, NH>,
         plan: &'a StartPlan<'a, NX, NU, NY, N>,
-        noise: Option<&'a [f64; NT]>,
-        x: &[f64; NX],
+        noise: Option<&'a [Real; NT]>,
+        x: &[Real; NX],
     ) -> Result<(Self, Message<NY, NZ>), StartError> {
         plan.check()?;
         if NH > 0 {
@@ -273,7 +276,7 @@ impl<
     fn can_rest(
         tables: &Tables<R, NX, NU, NY, NZ, NI, NJ, NC, NB, N, NV, NR, NT, NS, NQ, NH>,
         steady: &SteadyState<NX, NU>,
-        y: &[f64; NY],
+        y: &[Real; NY],
     ) -> Result<(), StartError> {
         if !tables.reference.contains(y) {
             return Err(StartError::OutputOutside);
@@ -284,7 +287,7 @@ impl<
         }
     }
 
-    /// The same controller where measured loads add `load` to the steady state's next state: what [`Loads::start`](crate::Loads)
+    /// The same controller where measured loads add `load` to the steady state's next state: what [`Loads::start`](super::Loads)
     /// gives.
     pub fn under(self, load: &Load<NX>) -> Self {
         Self { push: load.push, loaded: true, ..self }
@@ -292,7 +295,7 @@ impl<
 
     /// The same controller for states that are measured with an error which moves tube row r by up to `noise[r]`: the
     /// support of the error's set in that row. Emitted files of such subsystems call it.
-    pub fn with_measurement_error(self, noise: &'a [f64; NT]) -> Self {
+    pub fn with_measurement_error(self, noise: &'a [Real; NT]) -> Self {
         Self { noise: Some(noise), ..self }
     }
 
@@ -300,8 +303,8 @@ impl<
     /// and the message of step t. The same as [`Self::input`], then [`Self::references`].
     pub fn step(
         &mut self,
-        x: &[f64; NX],
-        set_point: &[f64; NY],
+        x: &[Real; NX],
+        set_point: &[Real; NY],
         inbox: &mut Inbox<NI, NJ, NB>,
     ) -> Step<NX, NU, NY, NZ, NB> {
         let input = self.input(x);
@@ -313,8 +316,8 @@ impl<
     /// not used: the references then take the load to have stayed, and have lost the guarantee ([`Status::degraded`]).
     pub fn step_under(
         &mut self,
-        x: &[f64; NX],
-        set_point: &[f64; NY],
+        x: &[Real; NX],
+        set_point: &[Real; NY],
         load: &Load<NX>,
         inbox: &mut Inbox<NI, NJ, NB>,
     ) -> Step<NX, NU, NY, NZ, NB> {
@@ -333,7 +336,7 @@ impl<
     /// The input of this period. It depends on no message and not on the set-point, so it can be applied before they are
     /// looked at. [`Self::references`] ends the period; until then, calling it again replaces the answer: as if it had
     /// been the only call.
-    pub fn input(&mut self, x: &[f64; NX]) -> Input<NX, NU, NY> {
+    pub fn input(&mut self, x: &[Real; NX]) -> Input<NX, NU, NY> {
         let reference = self.trajectory.now();
         let e = subtract(x, &reference.x);
         self.present = Present::Candidate;
@@ -383,7 +386,7 @@ impl<
     }
 
     /// The references at t + N from the neighbours' at t + N - 1; ends the period.
-    pub fn references(&mut self, set_point: &[f64; NY], inbox: &mut Inbox<NI, NJ, NB>) -> Outlook<NY, NZ, NB> {
+    pub fn references(&mut self, set_point: &[Real; NY], inbox: &mut Inbox<NI, NJ, NB>) -> Outlook<NY, NZ, NB> {
         // Where there are loads that nobody has asked for, they are taken to have stayed, and the references have lost their rate.
         self.degraded |= self.loaded;
         self.advance(set_point, self.push, !self.loaded, inbox)
@@ -392,7 +395,7 @@ impl<
     /// [`Self::references`] of a subsystem with measured loads.
     pub fn references_under(
         &mut self,
-        set_point: &[f64; NY],
+        set_point: &[Real; NY],
         load: &Load<NX>,
         inbox: &mut Inbox<NI, NJ, NB>,
     ) -> Outlook<NY, NZ, NB> {
@@ -403,8 +406,8 @@ impl<
 
     fn advance(
         &mut self,
-        set_point: &[f64; NY],
-        push: [f64; NX],
+        set_point: &[Real; NY],
+        push: [Real; NX],
         load_within: bool,
         inbox: &mut Inbox<NI, NJ, NB>,
     ) -> Outlook<NY, NZ, NB> {
@@ -465,7 +468,7 @@ impl<
     }
 
     /// Solves the i-DPC problem and plans its solution, or leaves the candidate in its place and says why.
-    fn control(&mut self, e: &[f64; NX]) -> Control {
+    fn control(&mut self, e: &[Real; NX]) -> Control {
         let problem = &self.tables.problem;
         let (x_ref, u_ref) = (&self.trajectory.x, &self.trajectory.u);
         if self.noise.is_none() && problem.rests(e, x_ref, u_ref) {
@@ -512,7 +515,7 @@ impl<
     }
 
     /// What a step with this outcome knows of the true state; `e` is the measured x - xref.
-    fn known(&self, control: Control, e: &[f64; NX]) -> Knowledge {
+    fn known(&self, control: Control, e: &[Real; NX]) -> Knowledge {
         match self.noise {
             _ if !control.is_admissible() => Knowledge::None,
             Some(noise) if !self.tables.problem.keeps_tube(noise, &subtract(e, &self.plan().dx)) => {
@@ -532,13 +535,13 @@ impl<
     }
 
     /// (38): uref_t + du_0 + K (x - xhat), with x - xhat = (x - xref) - dx_0.
-    fn feedback(&self, u_ref: &[f64; NU], deviation: &[f64; NX]) -> [f64; NU] {
+    fn feedback(&self, u_ref: &[Real; NU], deviation: &[Real; NX]) -> [Real; NU] {
         let plan = self.plan();
         let error = subtract(deviation, &plan.dx);
         add(&add(u_ref, &plan.now()), &times(&self.tables.model.K, &error))
     }
 
-    fn confine(&self, input: &mut [f64; NU]) {
+    fn confine(&self, input: &mut [Real; NU]) {
         let model = &self.tables.model;
         for (u, (low, high)) in input.iter_mut().zip(model.u_min.iter().zip(&model.u_max)) {
             *u = clip(*u, *low, *high);
@@ -546,7 +549,7 @@ impl<
     }
 
     /// yref_{t+N} by the reference-output layer.
-    fn next_output(&mut self, set_point: &[f64; NY], y_others: &[f64; NJ], heard: bool) -> ([f64; NY], References) {
+    fn next_output(&mut self, set_point: &[Real; NY], y_others: &[Real; NJ], heard: bool) -> ([Real; NY], References) {
         let previous = self.trajectory.newest().y;
         let step = self.step;
         let changing = self.changing.each_mut().map(|held| held.at(step));
@@ -571,7 +574,7 @@ impl<
     }
 
     /// The first coupling constraint, then the first changing one, that the references exceed.
-    fn exceeded(&self, changing: &[InForce<NY, NJ>; NH], own: &[f64; NY], others: &[f64; NJ]) -> Option<usize> {
+    fn exceeded(&self, changing: &[InForce<NY, NJ>; NH], own: &[Real; NY], others: &[Real; NJ]) -> Option<usize> {
         let changing = changing.iter().map(|row| row.exceeded(own, others));
         self.tables.coupling.iter().map(|row| row.exceeded(own, others)).chain(changing).position(|exceeded| exceeded)
     }
@@ -579,10 +582,10 @@ impl<
     /// Whether a step to `next` is held up by coupling constraints, and whether anyone in them still moves.
     fn progress(
         &self,
-        set_point: &[f64; NY],
-        y_others: &[f64; NJ],
-        next: &[f64; NY],
-        limits: &[f64; NC],
+        set_point: &[Real; NY],
+        y_others: &[Real; NJ],
+        next: &[Real; NY],
+        limits: &[Real; NC],
         shares: &[Share<NY>; NH],
     ) -> References {
         let previous = self.trajectory.newest().y;
@@ -590,7 +593,7 @@ impl<
         if NC + NH == 0 || largest(&subtract(next, &previous)) > still {
             return References::Nearest;
         }
-        let free = self.tables.reference.next(&previous, set_point, &[f64::INFINITY; NC], &[Share::NONE; NH]);
+        let free = self.tables.reference.next(&previous, set_point, &[Real::INFINITY; NC], &[Share::NONE; NH]);
         let way = free.map_or([0.0; NY], |free| subtract(&free, &previous));
         if largest(&way) <= 10.0 * still {
             return References::Nearest;
@@ -601,12 +604,12 @@ impl<
     }
 
     /// The coupling row, then changing row, that ends a step along `way` first.
-    fn obstacle(&self, from: &[f64; NY], way: &[f64; NY], limits: &[f64; NC], shares: &[Share<NY>; NH]) -> usize {
+    fn obstacle(&self, from: &[Real; NY], way: &[Real; NY], limits: &[Real; NC], shares: &[Share<NY>; NH]) -> usize {
         let fixed = self.tables.coupling.iter().zip(limits).map(|(row, limit)| (row.own, *limit));
         let rows = fixed.chain(shares.iter().map(|share| (share.own, share.limit)));
-        let reach = |(own, limit): ([f64; NY], f64)| {
+        let reach = |(own, limit): ([Real; NY], Real)| {
             let advance = dot(&own, way);
-            if advance > 0.0 { (limit - dot(&own, from)) / advance } else { f64::INFINITY }
+            if advance > 0.0 { (limit - dot(&own, from)) / advance } else { Real::INFINITY }
         };
         let nearest = rows.map(reach).enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b));
         nearest.map_or(0, |(row, _)| row)
@@ -614,7 +617,7 @@ impl<
 
     /// Whether this is the first step and the start does not stay where it is under the neighbours' starts: then chi_0 is not
     /// chi_ss, and (7a) does not hold over the first window.
-    fn departs(&self, z: &[f64; NI]) -> bool {
+    fn departs(&self, z: &[Real; NI]) -> bool {
         self.step == 0 && !self.trajectory.stays(&self.tables.model, z, &self.push)
     }
 
@@ -625,7 +628,7 @@ impl<
 
     /// Whether, at the first step, the neighbours' starts lead on to the plan's next state: otherwise (7a) does not hold over the
     /// first window.
-    fn follows(&self, passage: &Passage<'_, NX, NU, NY>, z: &[f64; NI]) -> bool {
+    fn follows(&self, passage: &Passage<'_, NX, NU, NY>, z: &[Real; NI]) -> bool {
         // The plan itself may end half of that off its rest.
         self.step != 0 || self.trajectory.arrives(&self.tables.model, &passage.at.x, z, &self.push, 0.5)
     }
@@ -643,14 +646,14 @@ impl<const NX: usize, const NU: usize, const N: usize, const NV: usize> Planned<
 
 impl<const NY: usize, const NJ: usize> CouplingRow<NY, NJ> {
     /// Right-hand side of (28).
-    fn share(&self, own: &[f64; NY], others: &[f64; NJ]) -> f64 {
+    fn share(&self, own: &[Real; NY], others: &[Real; NJ]) -> Real {
         let foreign = dot(&self.others, others);
         let slack = self.l_tilde - (dot(&self.own, own) + foreign);
         self.l_tilde - foreign - (self.members - 1.0) / self.members * slack
     }
 
     /// Whether k_h of (27) is above the tightened limit, by more than rounding.
-    fn exceeded(&self, own: &[f64; NY], others: &[f64; NJ]) -> bool {
+    fn exceeded(&self, own: &[Real; NY], others: &[Real; NJ]) -> bool {
         let (own, foreign) = (dot(&self.own, own), dot(&self.others, others));
         own + foreign - self.l_tilde > EXCEEDED * (own.abs() + foreign.abs() + self.l_tilde.abs())
     }
@@ -658,7 +661,7 @@ impl<const NY: usize, const NJ: usize> CouplingRow<NY, NJ> {
 
 impl<const NY: usize, const NJ: usize> InForce<NY, NJ> {
     /// (28); nothing where there is no row, which is not asked for then.
-    fn share(&self, own: &[f64; NY], others: &[f64; NJ]) -> Share<NY> {
+    fn share(&self, own: &[Real; NY], others: &[Real; NJ]) -> Share<NY> {
         match self {
             Self::Row { row, .. } => Share { own: row.own, limit: row.share(own, others) },
             Self::Undrawn | Self::Unsure => Share::NONE,
@@ -667,7 +670,7 @@ impl<const NY: usize, const NJ: usize> InForce<NY, NJ> {
 
     /// Whether k_h is above the tightened limit by more than acceptance and rounding allow, and less than the margin has in
     /// reserve.
-    fn exceeded(&self, own: &[f64; NY], others: &[f64; NJ]) -> bool {
+    fn exceeded(&self, own: &[Real; NY], others: &[Real; NJ]) -> bool {
         let Self::Row { row, margin } = self else { return false };
         let (own, foreign) = (dot(&row.own, own), dot(&row.others, others));
         let rounding = 5.0 * ACCEPTANCE * margin + ROUNDING * (own.abs() + foreign.abs() + row.l_tilde.abs());

@@ -1,7 +1,8 @@
 //! The factor L D L' of a growing and shrinking Gram matrix.
 #![expect(non_snake_case, reason = "L D L' is the factor's name everywhere")]
 
-use crate::linear::{add_scaled, close_gap, dot_of};
+use super::linear::{add_scaled, close_gap, dot_of};
+use super::{Real, precision};
 
 /// L D L' = N'N for a matrix N of at most `NV` independent columns; L is unit lower triangular, D positive.
 ///
@@ -9,18 +10,18 @@ use crate::linear::{add_scaled, close_gap, dot_of};
 /// beyond the columns there are, is left over from before and never read.
 #[derive(Debug, Clone)]
 pub struct Factor<const NV: usize> {
-    L: [[f64; NV]; NV],
-    D: [f64; NV],
+    L: [[Real; NV]; NV],
+    D: [Real; NV],
     /// 1 / D.
-    inverse: [f64; NV],
+    inverse: [Real; NV],
     len: usize,
 }
 
 /// What appending a column would append: its row of L, and its squared distance from the span of the others.
 #[derive(Debug, Clone, Copy)]
 pub struct Column<const NV: usize> {
-    pub row: [f64; NV],
-    pub pivot: f64,
+    pub row: [Real; NV],
+    pub pivot: Real,
 }
 
 impl<const NV: usize> Factor<NV> {
@@ -33,7 +34,7 @@ impl<const NV: usize> Factor<NV> {
     }
 
     /// Solves L D L' x = b in place; entries beyond the columns are left alone.
-    pub fn solve(&self, b: &mut [f64; NV]) {
+    pub fn solve(&self, b: &mut [Real; NV]) {
         self.forward(b);
         for (value, inverse) in b.iter_mut().zip(&self.inverse).take(self.len) {
             *value *= inverse;
@@ -42,7 +43,7 @@ impl<const NV: usize> Factor<NV> {
     }
 
     /// `products` are the inner products of the new column with those there are, `square` that with itself.
-    pub fn column(&self, products: &[f64; NV], square: f64) -> Column<NV> {
+    pub fn column(&self, products: &[Real; NV], square: Real) -> Column<NV> {
         let mut row = *products;
         self.forward(&mut row);
         let mut pivot = square;
@@ -55,7 +56,7 @@ impl<const NV: usize> Factor<NV> {
     }
 
     /// The coefficients over the columns there are of the one nearest to `column` in their span.
-    pub fn combination(&self, column: &Column<NV>) -> [f64; NV] {
+    pub fn combination(&self, column: &Column<NV>) -> [Real; NV] {
         let mut coefficients = column.row;
         self.backward(&mut coefficients);
         coefficients
@@ -74,9 +75,9 @@ impl<const NV: usize> Factor<NV> {
 
     /// Appends a column by its Gram entries alone. Refuses one that lies within 1e-7 of the others' span, relative to
     /// its length.
-    pub fn push_gram(&mut self, products: &[f64; NV], square: f64) -> bool {
+    pub fn push_gram(&mut self, products: &[Real; NV], square: Real) -> bool {
         let column = self.column(products, square);
-        let independent = column.pivot > 1e-14 * square;
+        let independent = column.pivot > precision::DEPENDENT * square;
         if independent {
             self.push(&column);
         }
@@ -104,7 +105,7 @@ impl<const NV: usize> Factor<NV> {
 
     /// b := L^-1 b.
     #[inline]
-    fn forward(&self, b: &mut [f64; NV]) {
+    fn forward(&self, b: &mut [Real; NV]) {
         for (i, row) in self.L.iter().enumerate().take(self.len) {
             if let Some((done, rest)) = b.split_at_mut_checked(i)
                 && let Some(value) = rest.first_mut()
@@ -116,7 +117,7 @@ impl<const NV: usize> Factor<NV> {
 
     /// b := L^-T b.
     #[inline]
-    fn backward(&self, b: &mut [f64; NV]) {
+    fn backward(&self, b: &mut [Real; NV]) {
         for (i, row) in self.L.iter().enumerate().take(self.len).rev() {
             if let Some((earlier, rest)) = b.split_at_mut_checked(i) {
                 add_scaled(earlier, -rest.first().copied().unwrap_or(0.0), row);
@@ -126,7 +127,7 @@ impl<const NV: usize> Factor<NV> {
 
     /// L D L' += weight a a', where only entries of `a` from `from` on count (Gill, Golub, Murray and Saunders,
     /// "Methods for modifying matrix factorizations", 1974, method C1).
-    fn add_outer(&mut self, from: usize, weight: f64, mut a: [f64; NV]) {
+    fn add_outer(&mut self, from: usize, weight: Real, mut a: [Real; NV]) {
         let mut weight = weight;
         for c in from..self.len {
             let (Some(&p), Some(d), Some(inverse)) = (a.get(c), self.D.get_mut(c), self.inverse.get_mut(c)) else {
@@ -149,8 +150,9 @@ impl<const NV: usize> Factor<NV> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Real;
+    use super::super::linear::dot;
     use super::Factor;
-    use crate::linear::dot;
 
     /// Columns are appended and removed at every place; after each change the factor still solves with the Gram matrix.
     #[test]
@@ -158,7 +160,7 @@ mod tests {
         let mut seed = 1_u64;
         let mut uniform = || {
             seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+            (seed >> 40) as Real / (1_u64 << 23) as Real - 1.0
         };
         let mut factor = Factor::<6>::EMPTY;
         let mut columns = [[0.0; 6]; 6];
@@ -170,20 +172,24 @@ mod tests {
                 columns[at..].rotate_left(1);
                 len -= 1;
             } else {
-                let column: [f64; 6] = core::array::from_fn(|_| uniform());
+                let column: [Real; 6] = core::array::from_fn(|_| uniform());
                 let mut products = [0.0; 6];
                 products.iter_mut().zip(&columns).take(len).for_each(|(product, other)| *product = dot(other, &column));
                 assert!(factor.push_gram(&products, dot(&column, &column)));
                 columns[len] = column;
                 len += 1;
             }
-            let b: [f64; 6] = core::array::from_fn(|_| uniform());
+            let b: [Real; 6] = core::array::from_fn(|_| uniform());
             let mut x = b;
             factor.solve(&mut x);
             for i in 0..len {
                 let left = (0..len).fold(0.0, |sum, j| sum + dot(&columns[i], &columns[j]) * x[j]);
-                let size = (0..len).fold(1.0, |size: f64, j| size.max(x[j].abs()));
-                assert!((left - b[i]).abs() <= 1e-9 * size, "after change {change}: {left} is not {}", b[i]);
+                let size = (0..len).fold(1.0, |size: Real, j| size.max(x[j].abs()));
+                assert!(
+                    (left - b[i]).abs() <= 1e7 * Real::EPSILON * size,
+                    "after change {change}: {left} is not {}",
+                    b[i]
+                );
             }
         }
     }

@@ -166,29 +166,16 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
-mod changing;
-mod controller;
-mod factor;
-mod linear;
-mod load;
-mod message;
-mod plan;
-pub mod problem;
-pub mod reference;
-pub mod solver;
-mod start;
+mod delivery;
+mod double;
+mod refusal;
+pub mod single;
 mod status;
-pub mod tables;
-mod trajectory;
 mod version;
+mod working_set;
 
-pub use changing::{HalfSpace, Meeting, NotRedrawn, Pair};
-pub use controller::{Controller, Input, Outlook, Step, Telemetry};
-pub use load::{Load, Loads};
-pub use message::{Delivery, Inbox, Message, Refused};
-pub use plan::{PlannedPoint, StartPlan};
-pub use reference::{ReferenceLayer, Share};
-pub use start::{StartError, SteadyState};
+pub use delivery::{Delivery, Refused};
+pub use double::*;
+pub use refusal::StartError;
 pub use status::{Control, References, Status};
-pub use tables::{Link, Tables};
 pub use version::fits;

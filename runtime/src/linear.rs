@@ -1,8 +1,10 @@
 //! Small dense linear algebra on arrays. Nothing here indexes, so nothing here can panic.
 
+use super::{Real, precision};
+
 /// Inner product, summed in several independent accumulators: shorter dependency chains, smaller rounding errors.
 #[inline(always)]
-pub fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
+pub fn dot<const N: usize>(a: &[Real; N], b: &[Real; N]) -> Real {
     // The length is known: only one of these is left.
     match (a.as_slice(), b.as_slice()) {
         ([a0], [b0]) => a0 * b0,
@@ -19,7 +21,7 @@ pub fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
 
 /// Inner product of as many entries as both have, summed like [`dot`].
 #[inline(always)]
-pub fn dot_of(a: &[f64], b: &[f64]) -> f64 {
+pub fn dot_of(a: &[Real], b: &[Real]) -> Real {
     let len = a.len().min(b.len());
     let (a, b) = (a.get(..len).unwrap_or_default(), b.get(..len).unwrap_or_default());
     let (a_quads, a_rest) = a.as_chunks::<4>();
@@ -38,13 +40,13 @@ pub fn dot_of(a: &[f64], b: &[f64]) -> f64 {
 
 /// Matrix (rows) times vector.
 #[inline]
-pub fn times<const R: usize, const C: usize>(matrix: &[[f64; C]; R], vector: &[f64; C]) -> [f64; R] {
+pub fn times<const R: usize, const C: usize>(matrix: &[[Real; C]; R], vector: &[Real; C]) -> [Real; R] {
     matrix.each_ref().map(|row| dot(row, vector))
 }
 
 /// a + b.
 #[inline]
-pub fn add<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N] {
+pub fn add<const N: usize>(a: &[Real; N], b: &[Real; N]) -> [Real; N] {
     let mut sum = *a;
     add_scaled(&mut sum, 1.0, b);
     sum
@@ -52,7 +54,7 @@ pub fn add<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N] {
 
 /// a - b.
 #[inline]
-pub fn subtract<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N] {
+pub fn subtract<const N: usize>(a: &[Real; N], b: &[Real; N]) -> [Real; N] {
     let mut difference = *a;
     add_scaled(&mut difference, -1.0, b);
     difference
@@ -60,7 +62,7 @@ pub fn subtract<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N] {
 
 /// a += scale b, as far as both reach.
 #[inline(always)]
-pub fn add_scaled(a: &mut [f64], scale: f64, b: &[f64]) {
+pub fn add_scaled(a: &mut [Real], scale: Real, b: &[Real]) {
     for (a, b) in a.iter_mut().zip(b) {
         *a += scale * b;
     }
@@ -68,25 +70,25 @@ pub fn add_scaled(a: &mut [f64], scale: f64, b: &[f64]) {
 
 /// Whether every entry is a finite number.
 #[inline]
-pub fn finite(values: &[f64]) -> bool {
+pub fn finite(values: &[Real]) -> bool {
     values.iter().all(|value| value.is_finite())
 }
 
 /// Largest magnitude; 0 of nothing. What is not a number is passed over.
 #[inline]
-pub fn largest(values: &[f64]) -> f64 {
+pub fn largest(values: &[Real]) -> Real {
     values.iter().fold(0.0, |largest, value| larger(value.abs(), largest))
 }
 
 /// The larger of two numbers, the second where one is none; one instruction, where `f64::max` is several.
 #[inline(always)]
-pub fn larger(a: f64, b: f64) -> f64 {
+pub fn larger(a: Real, b: Real) -> Real {
     if a > b { a } else { b }
 }
 
 /// Puts `value` into `[low, high]`. Unlike `f64::clamp` it has no panic path; a NaN becomes `low`.
 #[inline]
-pub fn clip(value: f64, low: f64, high: f64) -> f64 {
+pub fn clip(value: Real, low: Real, high: Real) -> Real {
     value.max(low).min(high)
 }
 
@@ -112,13 +114,13 @@ pub fn shift_in<T: Copy, const N: usize>(window: &mut [T; N], newest: T) {
 }
 
 /// Square root by Newton's method to within two units in the last place; 0 of what is not positive. `core` has none.
-pub fn sqrt(value: f64) -> f64 {
+pub fn sqrt(value: Real) -> Real {
     if value.is_nan() || value <= 0.0 || value.is_infinite() {
         return value.max(0.0);
     }
     // Halving the biased exponent leaves an error below 7 %, which four doublings of the correct digits make exact;
     // subnormal numbers start further off and need the other steps.
-    let mut root = f64::from_bits((value.to_bits() >> 1) + 0x1ff8_0000_0000_0000);
+    let mut root = precision::half_exponent(value);
     for _ in 0..8 {
         root = 0.5 * (root + value / root);
     }
@@ -127,23 +129,24 @@ pub fn sqrt(value: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Real;
     use super::{clip, close_gap, dot, dot_of, shift_in, sqrt};
 
     #[test]
     fn takes_square_roots_over_the_whole_range() {
-        for exponent in -320..=307 {
+        for exponent in Real::MIN_10_EXP - 12..Real::MAX_10_EXP {
             for digits in [1.0, 2.0, 3.7, 9.99] {
-                let value: f64 = digits * 10_f64.powi(exponent);
+                let value: Real = digits * (10.0 as Real).powi(exponent);
                 let (root, exact) = (sqrt(value), value.sqrt());
                 assert!((root - exact).abs() <= 2.0 * (exact.next_up() - exact), "{value:e}: {root:e}, not {exact:e}");
             }
         }
-        assert_eq!([0.0, -1.0, f64::NAN, f64::INFINITY].map(sqrt), [0.0, 0.0, 0.0, f64::INFINITY]);
+        assert_eq!([0.0, -1.0, Real::NAN, Real::INFINITY].map(sqrt), [0.0, 0.0, 0.0, Real::INFINITY]);
     }
 
     #[test]
     fn sums_products_of_every_length() {
-        let a: [f64; 7] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+        let a: [Real; 7] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
         assert_eq!(dot(&a, &a), 140.0);
         assert_eq!(dot(&[2.0; 4], &[3.0; 4]), 24.0);
         assert_eq!(dot(&[1.0], &[7.0]), 7.0);
@@ -152,7 +155,7 @@ mod tests {
         assert_eq!(dot(&[1.0, 2.0, 3.0, 4.0, 5.0], &[7.0, 5.0, 1.0, 2.0, 3.0]), 43.0);
         assert_eq!(dot(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], &[7.0, 5.0, 1.0, 2.0, 3.0, 4.0]), 67.0);
         for len in 0..=7 {
-            let squares: f64 = a[..len].iter().map(|x| x * x).sum();
+            let squares: Real = a[..len].iter().map(|x| x * x).sum();
             assert_eq!(dot_of(&a[..len], &a[..len]), squares);
         }
         assert_eq!(dot(&[2.0; 11], &[3.0; 11]), 66.0);
@@ -172,7 +175,7 @@ mod tests {
     #[test]
     fn clips_without_a_panic() {
         assert_eq!(clip(2.0, -1.0, 1.0), 1.0);
-        assert_eq!(clip(f64::NAN, -1.0, 1.0), -1.0);
-        assert_eq!(clip(0.0, f64::NEG_INFINITY, f64::INFINITY), 0.0);
+        assert_eq!(clip(Real::NAN, -1.0, 1.0), -1.0);
+        assert_eq!(clip(0.0, Real::NEG_INFINITY, Real::INFINITY), 0.0);
     }
 }

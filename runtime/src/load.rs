@@ -1,11 +1,12 @@
 //! Measured disturbances: from what is measured now to what the reference and nominal models are driven by.
 
-use crate::linear::{clip, shift_in, times};
-use crate::start::StartError;
-use crate::tables::LoadModel;
+use super::linear::{clip, shift_in, times};
+use super::tables::LoadModel;
+use super::{Real, precision};
+use crate::refusal::StartError;
 
 /// A load counts as inside its bounds, and its change as inside its rate, up to this, relative to the range.
-const INSIDE: f64 = 1e-9;
+const INSIDE: Real = precision::KEPT;
 
 /// The measured loads of one subsystem: M d acts on its states.
 ///
@@ -18,7 +19,7 @@ pub struct Loads<'a, const ND: usize, const NX: usize, const N: usize> {
     /// t of the next call.
     step: i64,
     /// dref of this step, ..., t + N - 1.
-    ahead: [[f64; ND]; N],
+    ahead: [[Real; ND]; N],
 }
 
 /// What the loads of one step mean for the controller; see [`Loads::admit`].
@@ -27,7 +28,7 @@ pub struct Load<const NX: usize> {
     /// t, of the controller's step that this is for; -1 at the start.
     pub step: i64,
     /// M dref_{t+N-1}: what the references at t + N take.
-    pub push: [f64; NX],
+    pub push: [Real; NX],
     /// Whether the load keeps what the design assumes of it: |d_t - dref_t| within what is charged to W_i. Where it does not,
     /// the next state may leave its tube, as under any disturbance outside W_i, and [`Status`](crate::Status) says so; the
     /// references stay admissible.
@@ -39,9 +40,9 @@ impl<'a, const ND: usize, const NX: usize, const N: usize> Loads<'a, ND, NX, N> 
     ///
     /// # Errors
     /// A load is beyond the bounds the design was made for.
-    pub fn start(model: &'a LoadModel<ND, NX>, d: &[f64; ND]) -> Result<(Self, Load<NX>), StartError> {
+    pub fn start(model: &'a LoadModel<ND, NX>, d: &[Real; ND]) -> Result<(Self, Load<NX>), StartError> {
         let bounds = model.min.iter().zip(&model.max);
-        let inside = |(d, (min, max)): (&f64, (&f64, &f64))| {
+        let inside = |(d, (min, max)): (&Real, (&Real, &Real))| {
             let tolerance = INSIDE * (max - min);
             (min - tolerance..=max + tolerance).contains(d)
         };
@@ -56,7 +57,7 @@ impl<'a, const ND: usize, const NX: usize, const N: usize> Loads<'a, ND, NX, N> 
 
     /// Takes in the loads measured at this step; once per step, before the controller's. A load that is not a number is taken
     /// to have stayed.
-    pub fn admit(&mut self, d: &[f64; ND]) -> Load<NX> {
+    pub fn admit(&mut self, d: &[Real; ND]) -> Load<NX> {
         let newest = self.confined(d);
         shift_in(&mut self.ahead, newest);
         // The load of the start, or of N - 1 steps ago, is dref_t.
@@ -67,7 +68,7 @@ impl<'a, const ND: usize, const NX: usize, const N: usize> Loads<'a, ND, NX, N> 
     }
 
     /// d within the rates around the newest dref, and within the bounds.
-    fn confined(&self, d: &[f64; ND]) -> [f64; ND] {
+    fn confined(&self, d: &[Real; ND]) -> [Real; ND] {
         let mut newest = self.ahead.last().copied().unwrap_or([0.0; ND]);
         let limits = self.model.rate.iter().zip(self.model.min.iter().zip(&self.model.max));
         for ((entry, d), (rate, (min, max))) in newest.iter_mut().zip(d).zip(limits) {
@@ -77,7 +78,7 @@ impl<'a, const ND: usize, const NX: usize, const N: usize> Loads<'a, ND, NX, N> 
         newest
     }
 
-    fn keeps(&self, d: &[f64; ND], now: &[f64; ND]) -> bool {
+    fn keeps(&self, d: &[Real; ND], now: &[Real; ND]) -> bool {
         let ranges = self.model.max.iter().zip(&self.model.min).map(|(max, min)| max - min);
         let charged = self.model.lag.iter().zip(ranges).map(|(lag, range)| lag + INSIDE * range);
         d.iter().zip(now).zip(charged).all(|((d, now), charged)| (d - now).abs() <= charged)
@@ -86,9 +87,10 @@ impl<'a, const ND: usize, const NX: usize, const N: usize> Loads<'a, ND, NX, N> 
 
 #[cfg(test)]
 mod tests {
+    use super::super::Real;
+    use super::super::tables::LoadModel;
     use super::{Load, Loads};
-    use crate::start::StartError;
-    use crate::tables::LoadModel;
+    use crate::refusal::StartError;
 
     /// N = 3: the references are two steps ahead.
     const MODEL: LoadModel<1, 2> = LoadModel { M: [[2.0], [0.0]], min: [-1.0], max: [1.0], rate: [0.25], lag: [0.5] };
@@ -102,7 +104,7 @@ mod tests {
         let start = |d| Loads::<1, 2, 3>::start(&MODEL, &[d]).map(|(_, load)| load);
         assert_eq!(start(0.5), Ok(Load { step: -1, push: [1.0, 0.0], within: true }));
         assert_eq!(start(1.5), Err(StartError::LoadOutside { load: 0 }));
-        assert_eq!(start(f64::NAN), Err(StartError::LoadOutside { load: 0 }));
+        assert_eq!(start(Real::NAN), Err(StartError::LoadOutside { load: 0 }));
     }
 
     #[test]
@@ -128,6 +130,6 @@ mod tests {
         let pushes: [_; 4] = core::array::from_fn(|_| loads.admit(&[1.75]));
         assert_eq!(pushes.map(|load| load.push[0]), [1.5, 2.0, 2.0, 2.0]);
         assert!(!pushes[3].within);
-        assert_eq!(loads.admit(&[f64::NAN]), Load { step: 4, push: [2.0, 0.0], within: false });
+        assert_eq!(loads.admit(&[Real::NAN]), Load { step: 4, push: [2.0, 0.0], within: false });
     }
 }

@@ -1,9 +1,9 @@
 //! What neighbours tell each other, once per period.
 
-use core::fmt;
-
-use crate::linear::finite;
-use crate::tables::Link;
+use super::Real;
+use super::linear::finite;
+use super::tables::Link;
+use crate::delivery::{Delivery, Refused};
 
 /// What a subsystem tells its neighbours at step t: its references at t + N.
 ///
@@ -13,42 +13,15 @@ pub struct Message<const NY: usize, const NZ: usize> {
     /// t, counted from 0; the message of the start is that of step -1. At 64 bits the count never wraps.
     pub step: i64,
     /// yref_{t+N}.
-    pub y_ref: [f64; NY],
+    pub y_ref: [Real; NY],
     /// zref_{t+N}.
-    pub z_ref: [f64; NZ],
+    pub z_ref: [Real; NZ],
     /// Whether the true state of the sender is known to lie within E_i of its plan at step t, so that its z_t is within Z_i of
     /// zref_t. A receiver that measures with errors rests its forecast of the next state on it.
     pub certified: bool,
-    /// [`StartPlan::plan`](crate::StartPlan::plan) where zref_{t+N} is one of a start-up plan, else 0. Neighbours must be on the same
+    /// [`StartPlan::plan`](super::StartPlan::plan) where zref_{t+N} is one of a start-up plan, else 0. Neighbours must be on the same
     /// one.
     pub plan: u32,
-}
-
-/// What has become of a neighbour's message of the expected step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Delivery {
-    /// It arrived in time.
-    InSequence,
-    /// Nothing arrived.
-    #[default]
-    Missing,
-    /// Only a message of this other step arrived: late, repeated, or from a neighbour that was started anew.
-    OutOfSequence(i64),
-    /// It held a number that is not finite.
-    NotFinite,
-}
-
-/// Why the inbox did not take a message. The step that needed it will say so in its status.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Refused {
-    /// It is neither of the step expected next nor of the one after.
-    OutOfSequence {
-        expected: i64,
-        got: i64,
-    },
-    NotFinite,
-    /// The link points outside the inbox: it belongs to another subsystem.
-    NoSuchSlot,
 }
 
 /// Where a subsystem collects its neighbours' messages between two steps.
@@ -66,8 +39,8 @@ pub struct Inbox<const NI: usize, const NJ: usize, const NB: usize> {
 /// The neighbours' references at one step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sheet<const NI: usize, const NJ: usize, const NB: usize> {
-    pub z: [f64; NI],
-    pub y: [f64; NJ],
+    pub z: [Real; NI],
+    pub y: [Real; NJ],
     pub certified: [bool; NB],
     pub plans: [u32; NB],
     pub deliveries: [Delivery; NB],
@@ -119,7 +92,7 @@ impl<const NI: usize, const NJ: usize, const NB: usize> Inbox<NI, NJ, NB> {
     }
 
     /// yref of the neighbours: what is at hand for the step that comes next.
-    pub(crate) fn outputs(&self) -> &[f64; NJ] {
+    pub(crate) fn outputs(&self) -> &[Real; NJ] {
         &self.due.y
     }
 
@@ -211,7 +184,7 @@ impl<const NI: usize, const NJ: usize, const NB: usize> Sheet<NI, NJ, NB> {
 }
 
 /// The places of `count` values from `first` on; none where the link does not import them.
-fn places<const COUNT: usize>(values: &mut [f64], first: Option<usize>) -> Result<&mut [f64], Refused> {
+fn places<const COUNT: usize>(values: &mut [Real], first: Option<usize>) -> Result<&mut [Real], Refused> {
     match first {
         None => Ok(&mut []),
         Some(first) => {
@@ -220,28 +193,3 @@ fn places<const COUNT: usize>(values: &mut [f64], first: Option<usize>) -> Resul
         }
     }
 }
-
-impl fmt::Display for Delivery {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::InSequence => f.write_str("in sequence"),
-            Self::Missing => f.write_str("missing"),
-            Self::OutOfSequence(step) => write!(f, "out of sequence (of step {step})"),
-            Self::NotFinite => f.write_str("not finite"),
-        }
-    }
-}
-
-impl fmt::Display for Refused {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::OutOfSequence { expected, got } => {
-                write!(f, "message of step {got}, expected that of step {expected}")
-            }
-            Self::NotFinite => f.write_str("message holds a number that is not finite"),
-            Self::NoSuchSlot => f.write_str("link points outside the inbox"),
-        }
-    }
-}
-
-impl core::error::Error for Refused {}

@@ -1,9 +1,10 @@
 //! Starting anywhere: the references of a start-up window, planned for the whole network.
 
-use crate::linear::{finite, times};
-use crate::problem::Plan;
-use crate::start::StartError;
-use crate::tables::{Model, Tables};
+use super::linear::{finite, times};
+use super::problem::Plan;
+use super::tables::{Model, Tables};
+use super::{Real, precision};
+use crate::refusal::StartError;
 
 /// One subsystem's part of a start-up plan: xref_0, ..., xref_T with the inputs that bring them about, T >= N.
 ///
@@ -29,7 +30,7 @@ pub struct StartPlan<'a, const NX: usize, const NU: usize, const NY: usize, cons
     /// Steps 0, ..., T.
     pub points: &'a [PlannedPoint<NX, NU>],
     /// eref_T.
-    pub e: [f64; NY],
+    pub e: [Real; NY],
     /// A solution of the first i-DPC problem: xhat_0 - xref_0 and uhat_k - uref_k.
     pub nominal: Plan<NX, NU, N>,
 }
@@ -37,9 +38,9 @@ pub struct StartPlan<'a, const NX: usize, const NU: usize, const NY: usize, cons
 /// The planned reference at one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlannedPoint<const NX: usize, const NU: usize> {
-    pub x: [f64; NX],
+    pub x: [Real; NX],
     /// At T that of (7f).
-    pub u: [f64; NU],
+    pub u: [Real; NU],
 }
 
 /// What a plan says about the references at one step k: `before` is k - 1, `end` eref_T where k is T.
@@ -47,7 +48,7 @@ pub struct PlannedPoint<const NX: usize, const NU: usize> {
 pub(crate) struct Passage<'a, const NX: usize, const NU: usize, const NY: usize> {
     pub before: &'a PlannedPoint<NX, NU>,
     pub at: &'a PlannedPoint<NX, NU>,
-    pub end: Option<&'a [f64; NY]>,
+    pub end: Option<&'a [Real; NY]>,
 }
 
 impl<'a, const NX: usize, const NU: usize, const NY: usize, const N: usize> StartPlan<'a, NX, NU, NY, N> {
@@ -69,7 +70,7 @@ impl<'a, const NX: usize, const NU: usize, const NY: usize, const N: usize> Star
     pub(crate) fn end<const NZ: usize, const NI: usize>(
         &self,
         model: &Model<NX, NU, NY, NZ, NI>,
-    ) -> Option<([f64; NY], [f64; NU])> {
+    ) -> Option<([Real; NY], [Real; NU])> {
         self.points.last().map(|last| (times(&model.C, &last.x), last.u))
     }
 
@@ -116,7 +117,7 @@ impl<
         let parts = rows.iter().chain(&coupling).chain(&gains).chain(&limits).chain(&problem);
         for number in parts.copied().flatten() {
             // -0.0 and 0.0 are one number.
-            hash = (hash ^ (number + 0.0).to_bits()).wrapping_mul(0x0100_0000_01b3);
+            hash = (hash ^ precision::bits(number + 0.0)).wrapping_mul(0x0100_0000_01b3);
             // Without this an even number of signs could change unseen: the top bit goes nowhere in a product.
             hash ^= hash >> 32;
         }

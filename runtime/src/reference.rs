@@ -1,18 +1,19 @@
 //! The reference-output layer (29)-(31) with (28).
 
-use crate::linear::{add, add_scaled, clip, dot, finite, largest, sqrt, subtract, times};
-use crate::solver::{Outcome, Row, Rows, Solver, WorkingSet};
-use crate::tables::{Clamp, Nearest};
+use super::linear::{add, add_scaled, clip, dot, finite, largest, sqrt, subtract, times};
+use super::solver::{Outcome, Row, Rows, Solver, WorkingSet};
+use super::tables::{Clamp, Nearest};
+use super::{Real, precision};
 
 /// An output counts as inside Y_i when no limit is exceeded by more than this, relative to the limit.
-const INSIDE: f64 = 1e-9;
+const INSIDE: Real = precision::KEPT;
 
 /// Steps of bisection for the multiplier of the Euclidean ball: to the last bit of a number of that magnitude.
-const BISECTIONS: usize = 60;
+const BISECTIONS: usize = Real::MANTISSA_DIGITS as usize + 7;
 
 /// Set-points further away than this times epsilon are moved to this distance. The direction of the step that (30)
 /// allows is the same to six digits, and no accuracy is lost to large numbers.
-const HORIZON: f64 = 1e6;
+const HORIZON: Real = precision::HORIZON;
 
 /// Working-set changes of the tiny problems of [`Nearest`], per row.
 const CHANGES_PER_ROW: usize = 10;
@@ -31,24 +32,24 @@ pub trait ReferenceLayer<const NY: usize, const NC: usize, const NH: usize> {
     /// by more than `previous` does, or rounding. `None` if there is no trustworthy answer: keep `previous`.
     fn next(
         &self,
-        previous: &[f64; NY],
-        set_point: &[f64; NY],
-        coupling: &[f64; NC],
+        previous: &[Real; NY],
+        set_point: &[Real; NY],
+        coupling: &[Real; NC],
         changing: &[Share<NY>; NH],
-    ) -> Option<[f64; NY]>;
+    ) -> Option<[Real; NY]>;
 
     /// Epsilon of (30), in the output's unit.
-    fn epsilon(&self) -> f64;
+    fn epsilon(&self) -> Real;
 
     /// Whether `y` lies in Y_i, up to 1e-9 of each limit.
-    fn contains(&self, y: &[f64; NY]) -> bool;
+    fn contains(&self, y: &[Real; NY]) -> bool;
 }
 
 /// What (28) leaves to one subsystem: own . y <= limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Share<const NY: usize> {
-    pub own: [f64; NY],
-    pub limit: f64,
+    pub own: [Real; NY],
+    pub limit: Real,
 }
 
 impl<const NY: usize> Share<NY> {
@@ -59,11 +60,11 @@ impl<const NY: usize> Share<NY> {
 impl<const NY: usize, const NC: usize> ReferenceLayer<NY, NC, 0> for Clamp<NY, NC> {
     fn next(
         &self,
-        previous: &[f64; NY],
-        set_point: &[f64; NY],
-        coupling: &[f64; NC],
+        previous: &[Real; NY],
+        set_point: &[Real; NY],
+        coupling: &[Real; NC],
         _: &[Share<NY>; 0],
-    ) -> Option<[f64; NY]> {
+    ) -> Option<[Real; NY]> {
         let mut low = [0.0; NY];
         let mut high = [0.0; NY];
         for ((low, min), y) in low.iter_mut().zip(&self.y_min).zip(previous) {
@@ -89,11 +90,11 @@ impl<const NY: usize, const NC: usize> ReferenceLayer<NY, NC, 0> for Clamp<NY, N
         finite(&next).then_some(next)
     }
 
-    fn epsilon(&self) -> f64 {
+    fn epsilon(&self) -> Real {
         self.epsilon
     }
 
-    fn contains(&self, y: &[f64; NY]) -> bool {
+    fn contains(&self, y: &[Real; NY]) -> bool {
         y.iter()
             .zip(self.y_min.iter().zip(&self.y_max))
             .all(|(y, (min, max))| *y >= min - INSIDE * min.abs() && *y <= max + INSIDE * max.abs())
@@ -105,15 +106,15 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize, const N
 {
     fn next(
         &self,
-        previous: &[f64; NY],
-        set_point: &[f64; NY],
-        coupling: &[f64; NC],
+        previous: &[Real; NY],
+        set_point: &[Real; NY],
+        coupling: &[Real; NC],
         changing: &[Share<NY>; NH],
-    ) -> Option<[f64; NY]> {
+    ) -> Option<[Real; NY]> {
         let room = self.room(previous, coupling, changing);
         let wish = self.wish(previous, set_point);
         let mut step = self.nearest(&room, &wish, 0.0)?;
-        let length = |step: &[f64; NY]| sqrt(dot(step, step));
+        let length = |step: &[Real; NY]| sqrt(dot(step, step));
         if self.euclidean && length(&step) > self.epsilon {
             step = self.on_ball(&room, &wish)?;
         }
@@ -121,11 +122,11 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize, const N
         finite(&next).then_some(next)
     }
 
-    fn epsilon(&self) -> f64 {
+    fn epsilon(&self) -> Real {
         self.epsilon
     }
 
-    fn contains(&self, y: &[f64; NY]) -> bool {
+    fn contains(&self, y: &[Real; NY]) -> bool {
         self.set.iter().zip(&self.set_limit).all(|(row, limit)| dot(row, y) <= limit + INSIDE * limit.abs())
     }
 }
@@ -133,9 +134,9 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize, const N
 /// How far y may move from the previous y in the direction of each row: never negative, so that not moving is exactly
 /// feasible.
 struct Room<const NY: usize, const NA: usize, const NB: usize, const NC: usize, const NH: usize> {
-    set: [f64; NA],
-    rate: [f64; NB],
-    coupling: [f64; NC],
+    set: [Real; NA],
+    rate: [Real; NB],
+    coupling: [Real; NC],
     /// The limits are those of the step.
     changing: [Share<NY>; NH],
 }
@@ -151,23 +152,23 @@ struct Scaled<const NY: usize, const NA: usize, const NB: usize, const NC: usize
 /// normal . w <= limit.
 #[derive(Clone, Copy)]
 struct Half<const NY: usize> {
-    normal: [f64; NY],
-    limit: f64,
-    scale: f64,
+    normal: [Real; NY],
+    limit: Real,
+    scale: Real,
 }
 
 /// The objective: sum over k of square_k (U' step - centre)_k^2.
 struct Objective<const NY: usize> {
     /// Square roots of the weights.
-    root: [f64; NY],
-    centre: [f64; NY],
+    root: [Real; NY],
+    centre: [Real; NY],
 }
 
 impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Nearest<NY, NA, NB, NC> {
     fn room<const NH: usize>(
         &self,
-        previous: &[f64; NY],
-        coupling: &[f64; NC],
+        previous: &[Real; NY],
+        coupling: &[Real; NC],
         changing: &[Share<NY>; NH],
     ) -> Room<NY, NA, NB, NC, NH> {
         Room {
@@ -179,7 +180,7 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Nearest
     }
 
     /// The way to the set-point in the eigenbasis of T_i.
-    fn wish(&self, previous: &[f64; NY], set_point: &[f64; NY]) -> [f64; NY] {
+    fn wish(&self, previous: &[Real; NY], set_point: &[Real; NY]) -> [Real; NY] {
         let way = subtract(set_point, previous);
         let far = largest(&way) / (HORIZON * self.epsilon);
         let way = if far > 1.0 { way.map(|entry| entry / far) } else { way };
@@ -194,9 +195,9 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Nearest
     fn nearest<const NH: usize>(
         &self,
         room: &Room<NY, NA, NB, NC, NH>,
-        wish: &[f64; NY],
-        multiplier: f64,
-    ) -> Option<[f64; NY]> {
+        wish: &[Real; NY],
+        multiplier: Real,
+    ) -> Option<[Real; NY]> {
         let objective = self.objective(wish, multiplier);
         let rows = Scaled {
             set: self.scaled(&self.set, &room.set, &objective),
@@ -214,7 +215,7 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Nearest
         Some(times(&self.basis, &step))
     }
 
-    fn objective(&self, wish: &[f64; NY], multiplier: f64) -> Objective<NY> {
+    fn objective(&self, wish: &[Real; NY], multiplier: Real) -> Objective<NY> {
         let damping = self.gamma + multiplier;
         let mut centre = *wish;
         for (centre, weight) in centre.iter_mut().zip(&self.weights) {
@@ -225,8 +226,8 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Nearest
 
     fn scaled<const COUNT: usize>(
         &self,
-        rows: &[[f64; NY]; COUNT],
-        room: &[f64; COUNT],
+        rows: &[[Real; NY]; COUNT],
+        room: &[Real; COUNT],
         objective: &Objective<NY>,
     ) -> [Half<NY>; COUNT] {
         let mut scaled = [Half::NONE; COUNT];
@@ -236,7 +237,7 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Nearest
         scaled
     }
 
-    fn half(&self, row: &[f64; NY], room: f64, objective: &Objective<NY>) -> Half<NY> {
+    fn half(&self, row: &[Real; NY], room: Real, objective: &Objective<NY>) -> Half<NY> {
         let mut turned = [0.0; NY];
         for (basis, entry) in self.basis.iter().zip(row) {
             add_scaled(&mut turned, *entry, basis);
@@ -256,7 +257,7 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Nearest
 
     /// The step on the Euclidean ball: the multiplier of the ball, between 0 and the bound that the optimality of the step
     /// gives, by bisection.
-    fn on_ball<const NH: usize>(&self, room: &Room<NY, NA, NB, NC, NH>, wish: &[f64; NY]) -> Option<[f64; NY]> {
+    fn on_ball<const NH: usize>(&self, room: &Room<NY, NA, NB, NC, NH>, wish: &[Real; NY]) -> Option<[Real; NY]> {
         let mut pull = *wish;
         for (pull, weight) in pull.iter_mut().zip(&self.weights) {
             *pull *= weight;
@@ -278,7 +279,7 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Nearest
     }
 
     /// The step without what exceeds a limit by the solver's tolerance: projected onto the rows it exceeds.
-    fn trimmed<const NH: usize>(&self, room: &Room<NY, NA, NB, NC, NH>, step: [f64; NY]) -> [f64; NY] {
+    fn trimmed<const NH: usize>(&self, room: &Room<NY, NA, NB, NC, NH>, step: [Real; NY]) -> [Real; NY] {
         let mut step = step;
         for _ in 0..TRIMS {
             trim(&self.set, &room.set, &mut step);
@@ -293,13 +294,13 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Nearest
     }
 }
 
-fn trim<const NY: usize, const COUNT: usize>(rows: &[[f64; NY]; COUNT], room: &[f64; COUNT], step: &mut [f64; NY]) {
+fn trim<const NY: usize, const COUNT: usize>(rows: &[[Real; NY]; COUNT], room: &[Real; COUNT], step: &mut [Real; NY]) {
     for (row, room) in rows.iter().zip(room) {
         trim_row(row, *room, step);
     }
 }
 
-fn trim_row<const NY: usize>(row: &[f64; NY], room: f64, step: &mut [f64; NY]) {
+fn trim_row<const NY: usize>(row: &[Real; NY], room: Real, step: &mut [Real; NY]) {
     let excess = dot(row, step) - room;
     if excess > 0.0 {
         add_scaled(step, -excess / dot(row, row), row);
@@ -307,10 +308,10 @@ fn trim_row<const NY: usize>(row: &[f64; NY], room: f64, step: &mut [f64; NY]) {
 }
 
 fn room<const NY: usize, const COUNT: usize>(
-    rows: &[[f64; NY]; COUNT],
-    limits: &[f64; COUNT],
-    previous: &[f64; NY],
-) -> [f64; COUNT] {
+    rows: &[[Real; NY]; COUNT],
+    limits: &[Real; COUNT],
+    previous: &[Real; NY],
+) -> [Real; COUNT] {
     let mut room = *limits;
     for (room, row) in room.iter_mut().zip(rows) {
         *room = (*room - dot(row, previous)).max(0.0);
@@ -320,7 +321,7 @@ fn room<const NY: usize, const COUNT: usize>(
 
 impl<const NY: usize> Half<NY> {
     /// A row without a normal, which restricts nothing.
-    const NONE: Self = Self { normal: [0.0; NY], limit: f64::INFINITY, scale: 0.0 };
+    const NONE: Self = Self { normal: [0.0; NY], limit: Real::INFINITY, scale: 0.0 };
 }
 
 impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize, const NH: usize> Rows<NY>
@@ -329,7 +330,7 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize, const N
     fn iter(&self) -> impl Iterator<Item = Row<'_>> {
         self.set.iter().chain(&self.rate).chain(&self.coupling).chain(&self.changing).map(|half| Row {
             normal: &half.normal,
-            lower: f64::NEG_INFINITY,
+            lower: Real::NEG_INFINITY,
             upper: half.limit,
             scale: half.scale,
         })

@@ -9,56 +9,58 @@
 //! every change, so that no error accumulates in it. The last w is refined until the rows of the working set hold to
 //! rounding.
 
-use crate::factor::{Column, Factor};
-use crate::linear::{add_scaled, close_gap, dot_of, largest};
+use super::factor::{Column, Factor};
+use super::linear::{add_scaled, close_gap, dot_of, largest};
+use super::{Real, precision};
+pub use crate::working_set::{Glance, Side, WorkingSet};
 
 /// A row counts as satisfied when it is violated by no more than this times (its scale + the largest |w_k|): the rounding
 /// errors of the violation itself. Rows that contradict each other by no more than what rounding their limits explains
 /// are all relaxed, by as little as makes them agree.
-pub const TOLERANCE: f64 = 2e-14;
+pub const TOLERANCE: Real = precision::TOLERANCE;
 
 /// Relative rounding error that each limit is granted before a contradiction counts as proved.
-const ROUNDING: f64 = 1e-14;
+const ROUNDING: Real = precision::ROUNDING;
 
 /// Where a contradiction is above that, but the normals in it cancel too badly for a proof, each limit is granted this.
-const UNPROVED: f64 = 1e-12;
+const UNPROVED: Real = precision::UNPROVED;
 
 /// Rounding error of a sum of unit vectors, relative to the sum of the magnitudes of their coefficients.
-const SUMMED: f64 = 1e-15;
+const SUMMED: Real = precision::SUMMED;
 
 /// Multipliers below minus this times the largest are negative even before they are refined.
-const NEGATIVE: f64 = 1e-6;
+const NEGATIVE: Real = precision::NEGATIVE;
 
 /// A row is taken to depend on the working set when the square of its distance from the span of that set's rows is
 /// below this: within 1e-7 rad, its own direction is rounding noise.
-const DEPENDENT: f64 = 1e-14;
+const DEPENDENT: Real = precision::DEPENDENT;
 
 /// Above this, the square of that distance loses no more than six digits to cancellation.
-const SAFE: f64 = 1e-6;
+const SAFE: Real = precision::SAFE;
 
 /// Coefficients of a row over the working set below this times the largest are rounding noise.
-const NOISE: f64 = 1e-9;
+const NOISE: Real = precision::NOISE;
 
 /// At most this many passes of iterative refinement.
 const PASSES: usize = 6;
 
 /// A row of the working set holds when it is off by no more than this times (its scale + the largest |w_k|).
-const SETTLED: f64 = 5e-16;
+const SETTLED: Real = precision::SETTLED;
 
 /// A contradiction is proved when no w shorter than this times the largest limit in it, and times |w| as it is, resolves it.
-const BEYOND: f64 = 1e3;
+const BEYOND: Real = 1e3;
 
 /// Row lower <= normal . w <= upper of a least-distance problem.
 #[derive(Debug, Clone, Copy)]
 pub struct Row<'a> {
     /// Of unit length; entries beyond its end are zero.
-    pub normal: &'a [f64],
-    pub lower: f64,
-    pub upper: f64,
+    pub normal: &'a [Real],
+    pub lower: Real,
+    pub upper: Real,
     /// Magnitude of the limits. Tolerances and rounding errors are taken relative to it plus the largest |w_k|. In the
     /// i-DPC problem it is that of the constant limits alone, without the offsets: where an offset outgrows its limit, so
     /// do the |w_k| that satisfy the row, and the sum is of the right size.
-    pub scale: f64,
+    pub scale: Real,
 }
 
 /// The rows of a least-distance problem, in a fixed order.
@@ -71,90 +73,15 @@ pub trait Rows<const NV: usize> {
     }
 
     /// The normal of row `index`, as [`Row::normal`]; zero where there is no such row.
-    fn normal(&self, index: usize) -> &[f64] {
+    fn normal(&self, index: usize) -> &[Real] {
         self.get(index).map_or(&[0.0; NV], |row| row.normal)
     }
 
     /// Rows that `w` violates much, by a test that may err by more than [`TOLERANCE`]: what it returns is looked at again,
     /// and where it finds nothing, nothing is violated by more than 1e-12 of (the row's scale + the largest |w_k|). `None`
     /// where there is no such test.
-    fn glance(&self, _w: &[f64; NV]) -> Option<Glance> {
+    fn glance(&self, _w: &[Real; NV]) -> Option<Glance> {
         None
-    }
-}
-
-/// What a quick look at all rows has found: a few that are violated, the worst last.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Glance {
-    found: [(u16, Side); Self::MOST],
-    len: usize,
-}
-
-impl Glance {
-    const MOST: usize = 4;
-    /// Nothing is violated.
-    pub const NOTHING: Self = Self { found: [(0, Side::Lower); Self::MOST], len: 0 };
-
-    /// A row that is worse than all before. The first of too many is forgotten.
-    #[inline]
-    pub fn push(&mut self, row: usize, side: Side) {
-        let Ok(row) = u16::try_from(row) else { return };
-        if self.len == Self::MOST {
-            self.found.rotate_left(1);
-            self.len -= 1;
-        }
-        if let Some(place) = self.found.get_mut(self.len) {
-            *place = (row, side);
-            self.len += 1;
-        }
-    }
-
-    /// The rows, the worst last.
-    pub fn iter(&self) -> impl Iterator<Item = (usize, Side)> {
-        self.found.iter().map(|&(row, side)| (usize::from(row), side)).take(self.len)
-    }
-}
-
-/// The side of a row that holds with equality.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    Lower,
-    Upper,
-}
-
-/// Rows, with their sides, that hold with equality at a solution: all a warm start needs to know.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct WorkingSet<const NV: usize> {
-    entries: [(u16, Side); NV],
-    len: usize,
-}
-
-impl<const NV: usize> WorkingSet<NV> {
-    /// No row: a cold start.
-    pub const EMPTY: Self = Self { entries: [(0, Side::Lower); NV], len: 0 };
-
-    /// Appends a row; false if all `NV` places are taken, or the row is none of the first 65536.
-    pub fn push(&mut self, row: usize, side: Side) -> bool {
-        match (self.entries.get_mut(self.len), u16::try_from(row)) {
-            (Some(place), Ok(row)) => {
-                *place = (row, side);
-                self.len += 1;
-                true
-            }
-            _ => false,
-        }
-    }
-
-    pub fn iter(&self) -> impl Iterator<Item = (usize, Side)> {
-        self.entries.iter().map(|&(row, side)| (usize::from(row), side)).take(self.len)
-    }
-
-    pub fn len(&self) -> usize {
-        self.len
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.len == 0
     }
 }
 
@@ -180,22 +107,22 @@ pub enum Outcome {
 /// matters to the next solve.
 #[derive(Debug, Clone)]
 pub struct Solver<const NV: usize> {
-    w: [f64; NV],
+    w: [Real; NV],
     active: [Halfspace; NV],
     len: usize,
-    multipliers: [f64; NV],
+    multipliers: [Real; NV],
     factor: Factor<NV>,
     iterations: usize,
-    tolerance: f64,
+    tolerance: Real,
     /// Rounding error of w = N multipliers; none once w was refined.
-    noise: f64,
+    noise: Real,
     /// Whether w and the multipliers were refined since the working set last changed.
     sharp: bool,
     /// Whether the factor was made anew since a row last came into the working set.
     fresh: bool,
     /// How far all rows are relaxed, relative to (their scale + `size`).
-    relaxed: f64,
-    size: f64,
+    relaxed: Real,
+    size: Real,
     relaxations: usize,
     /// Rows that were violated when all were looked at last.
     seen: Glance,
@@ -207,14 +134,14 @@ pub struct Solver<const NV: usize> {
 struct Halfspace {
     row: usize,
     side: Side,
-    limit: f64,
-    scale: f64,
+    limit: Real,
+    scale: Real,
 }
 
 /// Why a violated row could not be satisfied.
 enum Stop<const NV: usize> {
     /// The row's normal is minus a non-negative combination of those in the working set: with these coefficients.
-    Contradiction([f64; NV]),
+    Contradiction([Real; NV]),
     Budget,
 }
 
@@ -223,7 +150,7 @@ enum Verdict {
     Proved,
     /// Relaxing every row by this, relative to (its scale + |w|), resolves it.
     Rounding {
-        share: f64,
+        share: Real,
     },
     /// The normals cancel too badly: rows are so nearly parallel that there may be a solution.
     Unknown,
@@ -295,7 +222,7 @@ impl<const NV: usize> Solver<NV> {
     }
 
     /// The minimiser, after [`Outcome::Optimal`].
-    pub fn w(&self) -> &[f64; NV] {
+    pub fn w(&self) -> &[Real; NV] {
         &self.w
     }
 
@@ -310,13 +237,13 @@ impl<const NV: usize> Solver<NV> {
 
     /// The multiplier, >= 0, of each row in the working set: w is their sum, each times its normal, which is minus the
     /// row for [`Side::Upper`].
-    pub fn multipliers(&self) -> impl Iterator<Item = (usize, Side, f64)> {
+    pub fn multipliers(&self) -> impl Iterator<Item = (usize, Side, Real)> {
         self.active().zip(&self.multipliers).map(|(entry, &multiplier)| (entry.row, entry.side, multiplier))
     }
 
     /// After [`Outcome::Infeasible`], non-negative weights of one-sided inequalities whose sum reads 0 >= something
     /// positive (Farkas); otherwise nothing.
-    pub fn certificate(&self) -> impl Iterator<Item = (usize, Side, f64)> {
+    pub fn certificate(&self) -> impl Iterator<Item = (usize, Side, Real)> {
         let blocked = self.blocked.iter().map(|entry| (entry.row, entry.side, 1.0));
         let others = self.multipliers().take(if self.blocked.is_some() { self.len } else { 0 });
         blocked.chain(others)
@@ -385,7 +312,7 @@ impl<const NV: usize> Solver<NV> {
 
     /// The row of a few that is violated most, if one is. They were violated a few changes before; to look at all rows is more
     /// work than to go on with these.
-    fn worst_of(&self, rows: &impl Rows<NV>, seen: &Glance, size: f64) -> Option<Halfspace> {
+    fn worst_of(&self, rows: &impl Rows<NV>, seen: &Glance, size: Real) -> Option<Halfspace> {
         let mut worst = None;
         let mut distance = 0.0;
         for (index, side) in seen.iter() {
@@ -411,7 +338,7 @@ impl<const NV: usize> Solver<NV> {
         Halfspace { limit: entry.limit - self.relaxed * (entry.scale + self.size), ..entry }
     }
 
-    fn violation(&self, rows: &impl Rows<NV>, entry: &Halfspace) -> f64 {
+    fn violation(&self, rows: &impl Rows<NV>, entry: &Halfspace) -> Real {
         entry.limit - entry.sign() * dot_of(normal(rows, entry), &self.w)
     }
 
@@ -428,7 +355,7 @@ impl<const NV: usize> Solver<NV> {
                 (combination, column.pivot) = self.project(rows, entry);
             }
             let independent = column.pivot > DEPENDENT && self.len < NV;
-            let full = if independent { violation / column.pivot } else { f64::INFINITY };
+            let full = if independent { violation / column.pivot } else { Real::INFINITY };
             match self.blocking(&combination) {
                 Some((at, partial)) if partial < full => {
                     self.advance(partial, &combination);
@@ -459,7 +386,7 @@ impl<const NV: usize> Solver<NV> {
 
     /// The coefficients r of normal = N r + z, z orthogonal to the working set's normals N, and |z|^2, by iterative
     /// refinement: the Gram matrix squares the condition number.
-    fn project(&self, rows: &impl Rows<NV>, entry: &Halfspace) -> ([f64; NV], f64) {
+    fn project(&self, rows: &impl Rows<NV>, entry: &Halfspace) -> ([Real; NV], Real) {
         let mut combination = [0.0; NV];
         let mut remainder = [0.0; NV];
         add_scaled(&mut remainder, entry.sign(), normal(rows, entry));
@@ -470,7 +397,7 @@ impl<const NV: usize> Solver<NV> {
                 *sum += coefficient;
                 add_scaled(&mut remainder, -coefficient * entry.sign(), normal(rows, entry));
             }
-            if largest(first(&correction, self.len)) <= 1e-15 * largest(first(&combination, self.len)) {
+            if largest(first(&correction, self.len)) <= SUMMED * largest(first(&combination, self.len)) {
                 break;
             }
         }
@@ -478,9 +405,9 @@ impl<const NV: usize> Solver<NV> {
     }
 
     /// The first row whose multiplier reaches zero when the entering one's grows, and by how much it may grow.
-    fn blocking(&self, combination: &[f64; NV]) -> Option<(usize, f64)> {
+    fn blocking(&self, combination: &[Real; NV]) -> Option<(usize, Real)> {
         let mut blocking = None;
-        let mut step = f64::INFINITY;
+        let mut step = Real::INFINITY;
         let noise = NOISE * largest(first(combination, self.len)).max(1.0);
         for (at, (multiplier, rate)) in self.multipliers.iter().zip(combination).enumerate().take(self.len) {
             if *rate > noise && multiplier.max(0.0) < step * rate {
@@ -491,7 +418,7 @@ impl<const NV: usize> Solver<NV> {
         blocking
     }
 
-    fn advance(&mut self, step: f64, combination: &[f64; NV]) {
+    fn advance(&mut self, step: Real, combination: &[Real; NV]) {
         add_scaled(self.multipliers.get_mut(..self.len).unwrap_or_default(), -step, combination);
     }
 
@@ -533,7 +460,7 @@ impl<const NV: usize> Solver<NV> {
     }
 
     /// Whether there was a multiplier below -`noise`: the row of the most negative one is dropped.
-    fn drop_negative(&mut self, noise: f64) -> bool {
+    fn drop_negative(&mut self, noise: Real) -> bool {
         let multipliers = self.multipliers.iter().copied().enumerate().take(self.len);
         match multipliers.min_by(|a, b| a.1.total_cmp(&b.1)) {
             Some((at, multiplier)) if multiplier < -noise => {
@@ -566,12 +493,12 @@ impl<const NV: usize> Solver<NV> {
     /// Refines w and the multipliers until every row of the working set holds. What is corrected is w itself, because the
     /// multipliers of nearly parallel rows are much larger than w, and so is their rounding error.
     fn refine(&mut self, rows: &impl Rows<NV>) -> Refined {
-        let (mut refined, mut before) = (Refined::Steady, f64::INFINITY);
+        let (mut refined, mut before) = (Refined::Steady, Real::INFINITY);
         (self.noise, self.sharp) = (0.0, false);
         for _ in 0..PASSES {
             let size = largest(&self.w);
             let mut missing = [0.0; NV];
-            let mut off: f64 = 0.0;
+            let mut off: Real = 0.0;
             for (missing, entry) in missing.iter_mut().zip(self.active()) {
                 *missing = self.violation(rows, entry);
                 off = off.max(missing.abs() / (entry.scale + size));
@@ -608,7 +535,7 @@ impl<const NV: usize> Solver<NV> {
     }
 
     /// N' vector.
-    fn products(&self, rows: &impl Rows<NV>, vector: &[f64]) -> [f64; NV] {
+    fn products(&self, rows: &impl Rows<NV>, vector: &[Real]) -> [Real; NV] {
         let mut products = [0.0; NV];
         for (product, entry) in products.iter_mut().zip(self.active()) {
             *product = entry.sign() * dot_of(normal(rows, entry), vector);
@@ -616,7 +543,7 @@ impl<const NV: usize> Solver<NV> {
         products
     }
 
-    fn products_with(&self, rows: &impl Rows<NV>, entry: &Halfspace) -> [f64; NV] {
+    fn products_with(&self, rows: &impl Rows<NV>, entry: &Halfspace) -> [Real; NV] {
         let mut products = self.products(rows, normal(rows, entry));
         for product in products.iter_mut().take(self.len) {
             *product *= entry.sign();
@@ -634,7 +561,7 @@ impl<const NV: usize> Solver<NV> {
         }
     }
 
-    fn push(&mut self, entry: Halfspace, column: &Column<NV>, multiplier: f64) {
+    fn push(&mut self, entry: Halfspace, column: &Column<NV>, multiplier: Real) {
         if let (Some(place), Some(value)) = (self.active.get_mut(self.len), self.multipliers.get_mut(self.len)) {
             *place = entry;
             *value = multiplier;
@@ -651,7 +578,7 @@ impl<const NV: usize> Solver<NV> {
     }
 
     /// What a contradiction of the working set and the violated row amounts to.
-    fn judge(&self, rows: &impl Rows<NV>, violated: &Halfspace, combination: &[f64; NV]) -> Verdict {
+    fn judge(&self, rows: &impl Rows<NV>, violated: &Halfspace, combination: &[Real; NV]) -> Verdict {
         let size = largest(&self.w).max(self.size);
         let mut sum = [0.0; NV];
         add_scaled(&mut sum, violated.sign(), normal(rows, violated));
@@ -676,7 +603,7 @@ impl<const NV: usize> Solver<NV> {
     }
 
     /// Relaxes all rows by a little more than `share` of (their scale + |w|).
-    fn relax_all(&mut self, rows: &impl Rows<NV>, share: f64) {
+    fn relax_all(&mut self, rows: &impl Rows<NV>, share: Real) {
         self.size = largest(&self.w).max(self.size);
         self.relaxed += 1.5 * share;
         self.relaxations += 1;
@@ -684,7 +611,7 @@ impl<const NV: usize> Solver<NV> {
     }
 
     /// Keeps the certificate.
-    fn refute(&mut self, violated: Halfspace, combination: &[f64; NV]) -> Outcome {
+    fn refute(&mut self, violated: Halfspace, combination: &[Real; NV]) -> Outcome {
         for (multiplier, coefficient) in self.multipliers.iter_mut().zip(combination).take(self.len) {
             *multiplier = (-coefficient).max(0.0);
         }
@@ -701,7 +628,7 @@ const MOST_RELAXATIONS: usize = 50;
 
 /// After this many changes per unknown the tolerance doubles with each further one, up to this.
 const LONG: usize = 3;
-const LOOSEST: f64 = 1e-10;
+const LOOSEST: Real = precision::LOOSEST;
 
 impl Halfspace {
     const NONE: Self = Self { row: 0, side: Side::Lower, limit: 0.0, scale: 0.0 };
@@ -715,7 +642,7 @@ impl Halfspace {
         limit.is_finite().then_some(Self { row: index, side, limit, scale: row.scale })
     }
 
-    fn sign(&self) -> f64 {
+    fn sign(&self) -> Real {
         match self.side {
             Side::Lower => 1.0,
             Side::Upper => -1.0,
@@ -725,10 +652,10 @@ impl Halfspace {
 
 /// The normal of the row that an entry is a side of.
 #[inline]
-fn normal<'a, const NV: usize>(rows: &'a impl Rows<NV>, entry: &Halfspace) -> &'a [f64] {
+fn normal<'a, const NV: usize>(rows: &'a impl Rows<NV>, entry: &Halfspace) -> &'a [Real] {
     rows.normal(entry.row)
 }
 
-fn first(values: &[f64], count: usize) -> &[f64] {
+fn first(values: &[Real], count: usize) -> &[Real] {
     values.get(..count).unwrap_or_default()
 }

@@ -1,66 +1,29 @@
-//! Starting from a steady state, and what stands against a start.
+//! Starting from a steady state.
 
-use core::fmt;
-
-use crate::factor::Factor;
-use crate::linear::{add_scaled, dot, finite, subtract, times};
-use crate::tables::Model;
+use super::factor::Factor;
+use super::linear::{add_scaled, dot, finite, subtract, times};
+use super::tables::Model;
+use super::{Real, precision};
+use crate::refusal::StartError;
 
 /// A state and an input that the subsystem can stay at, together with its neighbours at theirs, to within
 /// [`Model::drift`] per step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SteadyState<const NX: usize, const NU: usize> {
-    pub x: [f64; NX],
+    pub x: [Real; NX],
     /// The references start with what (7f) makes of it: this up to rounding.
-    pub u: [f64; NU],
-}
-
-/// Why a controller was not started. There is no plan for such a state, so none is guessed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum StartError {
-    /// A number of the start is not finite.
-    NotFinite,
-    /// The output C x does not lie in Y_i.
-    OutputOutside,
-    /// An input lies outside its limits.
-    InputOutside {
-        /// Which.
-        input: usize,
-    },
-    /// No sum of errors eref gives this input at this state by (7f). Only possible with more inputs than outputs.
-    InputOutOfReach,
-    /// A measured load is not a number, or outside the bounds the design was made for.
-    LoadOutside {
-        /// Which.
-        load: usize,
-    },
-    /// The start-up plan was made for other tables: another subsystem, or another design.
-    OtherDesign,
-    /// The start-up plan has fewer than N + 1 points.
-    PlanTooShort,
-    /// There are changing coupling constraints, whose rows no start-up plan knows.
-    ChangingConstraints,
-    /// The start-up plan has the number 0, which stands for no plan.
-    NoPlan,
-    /// The measured state does not fit the start-up plan: the first i-DPC problem has no solution.
-    StateDoesNotFit {
-        /// The row that could not be satisfied, an index into the emitted row names.
-        row: usize,
-    },
-    /// The iteration budget did not suffice to find out whether the measured state fits the start-up plan, and the plan's own
-    /// solution is none for this state.
-    Undecided,
+    pub u: [Real; NU],
 }
 
 /// Largest residual of an input in u = Kx x + Ke eref, relative to the sum of the magnitudes of its terms.
-const REACHED: f64 = 1e-9;
+const REACHED: Real = precision::KEPT;
 
 impl<const NX: usize, const NU: usize> SteadyState<NX, NU> {
     /// eref of (7f): least squares in u = Kx x + Ke eref, solved exactly or not at all.
     pub(crate) fn error_sum<const NY: usize, const NZ: usize, const NI: usize>(
         &self,
         model: &Model<NX, NU, NY, NZ, NI>,
-    ) -> Result<[f64; NY], StartError> {
+    ) -> Result<[Real; NY], StartError> {
         let feedback = times(&model.Kx, &self.x);
         let wanted = subtract(&self.u, &feedback);
         let normal = NormalEquations::new(&model.Ke).ok_or(StartError::InputOutOfReach)?;
@@ -70,7 +33,7 @@ impl<const NX: usize, const NU: usize> SteadyState<NX, NU> {
             add_scaled(&mut e, 1.0, &normal.solve(&missing));
             missing = subtract(&wanted, &times(&model.Ke, &e));
         }
-        let sums = times(&model.Ke.map(|row| row.map(f64::abs)), &e.map(f64::abs));
+        let sums = times(&model.Ke.map(|row| row.map(Real::abs)), &e.map(Real::abs));
         let sizes = self.u.iter().zip(&feedback).zip(&sums).map(|((u, feedback), sum)| u.abs() + feedback.abs() + sum);
         let reached = missing.iter().zip(sizes).all(|(missing, size)| missing.abs() <= REACHED * size);
         if reached { Ok(e) } else { Err(StartError::InputOutOfReach) }
@@ -81,7 +44,7 @@ impl<const NX: usize, const NU: usize> SteadyState<NX, NU> {
     }
 
     /// The first input outside its limits, by more than rounding.
-    pub(crate) fn input_outside(&self, low: &[f64; NU], high: &[f64; NU]) -> Option<usize> {
+    pub(crate) fn input_outside(&self, low: &[Real; NU], high: &[Real; NU]) -> Option<usize> {
         self.u
             .iter()
             .zip(low.iter().zip(high))
@@ -91,13 +54,13 @@ impl<const NX: usize, const NU: usize> SteadyState<NX, NU> {
 
 /// M'M x = M'b with M's columns and the factor of M'M.
 struct NormalEquations<const ROWS: usize, const COLUMNS: usize> {
-    columns: [[f64; ROWS]; COLUMNS],
+    columns: [[Real; ROWS]; COLUMNS],
     factor: Factor<COLUMNS>,
 }
 
 impl<const ROWS: usize, const COLUMNS: usize> NormalEquations<ROWS, COLUMNS> {
     /// `None` where the columns depend on each other.
-    fn new(matrix: &[[f64; COLUMNS]; ROWS]) -> Option<Self> {
+    fn new(matrix: &[[Real; COLUMNS]; ROWS]) -> Option<Self> {
         let mut columns = [[0.0; ROWS]; COLUMNS];
         for (k, column) in columns.iter_mut().enumerate() {
             *column = matrix.each_ref().map(|row| row.get(k).copied().unwrap_or(0.0));
@@ -115,46 +78,24 @@ impl<const ROWS: usize, const COLUMNS: usize> NormalEquations<ROWS, COLUMNS> {
         Some(Self { columns, factor })
     }
 
-    fn solve(&self, b: &[f64; ROWS]) -> [f64; COLUMNS] {
+    fn solve(&self, b: &[Real; ROWS]) -> [Real; COLUMNS] {
         let mut solved = self.columns.each_ref().map(|column| dot(column, b));
         self.factor.solve(&mut solved);
         solved
     }
 }
 
-impl fmt::Display for StartError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotFinite => f.write_str("the start is not finite"),
-            Self::OutputOutside => f.write_str("the output to rest at lies outside Y"),
-            Self::InputOutside { input } => write!(f, "input {input} to rest at lies outside its limits"),
-            Self::LoadOutside { load } => write!(f, "load {load} lies outside its bounds"),
-            Self::InputOutOfReach => f.write_str("the gain Ke reaches no reference with the steady state's input"),
-            Self::OtherDesign => f.write_str("the start-up plan belongs to another subsystem or another design"),
-            Self::ChangingConstraints => f.write_str("start-up plans know no changing coupling constraints"),
-            Self::NoPlan => f.write_str("the start-up plan has no number"),
-            Self::PlanTooShort => f.write_str("the start-up plan is shorter than the horizon"),
-            Self::StateDoesNotFit { row } => {
-                write!(f, "the measured state does not fit the start-up plan (row {row} of the first problem)")
-            }
-            Self::Undecided => {
-                f.write_str("the iteration budget was used up before the measured state was seen to fit")
-            }
-        }
-    }
-}
-
-impl core::error::Error for StartError {}
-
 #[cfg(test)]
 mod tests {
     #![expect(non_snake_case, reason = "the paper's symbols")]
 
-    use super::{StartError, SteadyState};
-    use crate::tables::Model;
+    use super::super::Real;
+    use super::super::tables::Model;
+    use super::SteadyState;
+    use crate::refusal::StartError;
 
     /// One state, two inputs, one output; only the gains matter here.
-    fn model(Ke: [[f64; 1]; 2]) -> Model<1, 2, 1, 0, 0> {
+    fn model(Ke: [[Real; 1]; 2]) -> Model<1, 2, 1, 0, 0> {
         Model {
             A: [[0.5]],
             B: [[1.0, 1.0]],
@@ -175,7 +116,7 @@ mod tests {
     fn finds_the_error_sum_behind_an_input() {
         let start = SteadyState { x: [2.0], u: [1.0 + 3.0, -2.0 + 6.0] };
         let [e] = start.error_sum(&model([[1.0], [2.0]])).unwrap();
-        assert!((e - 3.0).abs() < 1e-15);
+        assert!((e - 3.0).abs() < 4.0 * Real::EPSILON);
     }
 
     /// An input that is zero is reached as well as the rounding of its terms allows.
@@ -196,10 +137,11 @@ mod tests {
             u_max: [9.0; 2],
             drift: [0.0],
         };
-        for k in 0..1000 {
-            let start = SteadyState { x: [0.0], u: [0.001 * f64::from(k), 0.0] };
+        for k in 0..1000_u16 {
+            let start = SteadyState { x: [0.0], u: [0.001 * Real::from(k), 0.0] };
             let [a, b] = start.error_sum(&model).unwrap();
-            assert!((0.3 * a + 0.1 * b - start.u[0]).abs() < 1e-15 && (0.1 * a + 0.7 * b).abs() < 1e-15);
+            let missing = [0.3 * a + 0.1 * b - start.u[0], 0.1 * a + 0.7 * b];
+            assert!(missing.iter().all(|missing| missing.abs() <= 4.0 * Real::EPSILON));
         }
     }
 
@@ -208,7 +150,7 @@ mod tests {
         let off = SteadyState { x: [2.0], u: [4.0, 4.1] };
         assert_eq!(off.error_sum(&model([[1.0], [2.0]])), Err(StartError::InputOutOfReach));
         // The second input is small, in its unit: it is not the first one's size that its residual is compared with.
-        let beside = SteadyState { x: [0.0], u: [1.0, 1e-9 + 1e-16] };
+        let beside = SteadyState { x: [0.0], u: [1.0, 1.001e-9] };
         assert_eq!(beside.error_sum(&model([[1.0], [1e-9]])), Err(StartError::InputOutOfReach));
         let any = SteadyState { x: [2.0], u: [1.0, -2.0] };
         assert_eq!(any.error_sum(&model([[0.0], [0.0]])), Err(StartError::InputOutOfReach));

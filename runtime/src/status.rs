@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::message::Delivery;
+use crate::delivery::Delivery;
 
 /// How the input of a step came about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,6 +7,8 @@
 //! `NT` are tube rows, `NS` state rows and `NQ` input rows; `NH` coupling constraints whose rows are redrawn while running.
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
+use super::Real;
+
 /// Everything one subsystem's controller is made of. `R` is its reference-output layer, [`Clamp`] or [`Nearest`].
 #[derive(Debug, Clone)]
 pub struct Tables<
@@ -38,42 +40,42 @@ pub struct Tables<
 #[derive(Debug, Clone)]
 pub struct Model<const NX: usize, const NU: usize, const NY: usize, const NZ: usize, const NI: usize> {
     /// A_ii.
-    pub A: [[f64; NX]; NX],
+    pub A: [[Real; NX]; NX],
     /// B_ii.
-    pub B: [[f64; NU]; NX],
+    pub B: [[Real; NU]; NX],
     /// C_i.
-    pub C: [[f64; NX]; NY],
+    pub C: [[Real; NX]; NY],
     /// C_zi.
-    pub Cz: [[f64; NX]; NZ],
+    pub Cz: [[Real; NX]; NZ],
     /// D_zi.
-    pub Dz: [[f64; NU]; NZ],
+    pub Dz: [[Real; NU]; NZ],
     /// E_i [L_ij ...]: what the imported coupling outputs do to the state.
-    pub EL: [[f64; NI]; NX],
+    pub EL: [[Real; NI]; NX],
     /// K_i of (17).
-    pub K: [[f64; NX]; NU],
+    pub K: [[Real; NX]; NU],
     /// K_i^x of (7f).
-    pub Kx: [[f64; NX]; NU],
+    pub Kx: [[Real; NX]; NU],
     /// K_i^e of (7f).
-    pub Ke: [[f64; NY]; NU],
+    pub Ke: [[Real; NY]; NU],
     /// Componentwise hull of U_i; infinite where there is no bound. A fall-back input is clipped to it.
-    pub u_min: [f64; NU],
-    pub u_max: [f64; NU],
+    pub u_min: [Real; NU],
+    pub u_max: [Real; NU],
     /// Largest |x+ - x| of a start, per state, in its unit: what the design's margins absorb; see
     /// [`NotSteady`](crate::References::NotSteady).
-    pub drift: [f64; NX],
+    pub drift: [Real; NX],
 }
 
 /// Row of the tightened coupling constraint (28) as this subsystem sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CouplingRow<const NY: usize, const NJ: usize> {
     /// `H_h^[i]`.
-    pub own: [f64; NY],
+    pub own: [Real; NY],
     /// `H_h^[j]` of the others, over the imported outputs.
-    pub others: [f64; NJ],
+    pub others: [Real; NJ],
     /// The tightened limit of (26).
-    pub l_tilde: f64,
+    pub l_tilde: Real,
     /// n_h, the number of subsystems in the constraint.
-    pub members: f64,
+    pub members: Real,
 }
 
 /// Coupling constraint (3) whose row is redrawn while running: who is in it.
@@ -92,7 +94,7 @@ pub struct Member {
     /// What (26) takes of a row `h y_j`: at most the sum over all `g` of `|g . h|`, in whatever direction h points. One `g` has one
     /// entry per output of j. They are larger by 1e-8 than they need be, for the rounding errors of accepting a row: enough for
     /// outputs up to a million times the margin.
-    pub generators: &'static [&'static [f64]],
+    pub generators: &'static [&'static [Real]],
 }
 
 /// Where the outputs of another subsystem are found.
@@ -111,14 +113,14 @@ pub struct Import {
 #[derive(Debug, Clone)]
 pub struct Clamp<const NY: usize, const NC: usize> {
     /// t / (t + gamma) per output: the unconstrained optimum of (29) is y + weight (set-point - y).
-    pub weight: [f64; NY],
+    pub weight: [Real; NY],
     /// Epsilon of (30).
-    pub epsilon: f64,
+    pub epsilon: Real,
     /// Y_i.
-    pub y_min: [f64; NY],
-    pub y_max: [f64; NY],
+    pub y_min: [Real; NY],
+    pub y_max: [Real; NY],
     /// Per coupling row: the output it acts on and its coefficient.
-    pub rows: [(usize, f64); NC],
+    pub rows: [(usize, Real); NC],
 }
 
 /// Reference-output layer (29)-(31) with (28) in general: a least-distance problem in the eigenbasis of T_i.
@@ -128,20 +130,20 @@ pub struct Clamp<const NY: usize, const NC: usize> {
 #[derive(Debug, Clone)]
 pub struct Nearest<const NY: usize, const NA: usize, const NB: usize, const NC: usize> {
     /// U, orthogonal; columns are the eigenvectors of T_i.
-    pub basis: [[f64; NY]; NY],
+    pub basis: [[Real; NY]; NY],
     /// Eigenvalues of T_i, in the order of the columns of U.
-    pub weights: [f64; NY],
-    pub gamma: f64,
+    pub weights: [Real; NY],
+    pub gamma: Real,
     /// Y_i = {y : set y <= set_limit}.
-    pub set: [[f64; NY]; NA],
-    pub set_limit: [f64; NA],
+    pub set: [[Real; NY]; NA],
+    pub set_limit: [Real; NA],
     /// Rate ball (30) for q = 1 and inf: rate (y - y_previous) <= epsilon.
-    pub rate: [[f64; NY]; NB],
-    pub epsilon: f64,
+    pub rate: [[Real; NY]; NB],
+    pub epsilon: Real,
     /// Whether (30) is the Euclidean ball (q = 2); `NB` is 0 then.
     pub euclidean: bool,
     /// `H_h^[i]` of (28).
-    pub coupling: [[f64; NY]; NC],
+    pub coupling: [[Real; NY]; NC],
 }
 
 /// Row that acts on one stage of the prediction: its offset is `row . p_k` with p_k = xref_{t+k} or uref_{t+k}.
@@ -149,7 +151,7 @@ pub struct Nearest<const NY: usize, const NA: usize, const NB: usize, const NC: 
 pub struct StageRow<const NP: usize> {
     /// k, 0 <= k < N.
     pub stage: usize,
-    pub row: [f64; NP],
+    pub row: [Real; NP],
 }
 
 /// The i-DPC problem (33)-(36) as a least-distance problem.
@@ -177,20 +179,20 @@ pub struct DpcProblem<
     const NS: usize,
     const NQ: usize,
 > {
-    pub V: [[f64; NV]; NR],
+    pub V: [[Real; NV]; NR],
     /// Entries of each row of `V` before the zeros it ends with.
     pub extent: [u16; NR],
-    pub lower: [f64; NR],
-    pub upper: [f64; NR],
-    pub tube: [[f64; NX]; NT],
+    pub lower: [Real; NR],
+    pub upper: [Real; NR],
+    pub tube: [[Real; NX]; NT],
     pub state: [StageRow<NX>; NS],
     pub input: [StageRow<NU>; NQ],
     /// The last rows, (36), over dx_N; all of them where `staged`.
-    pub terminal: &'static [[f64; NX]],
+    pub terminal: &'static [[Real; NX]],
     /// The row that asks the same one stage earlier; [`NO_ROW`] where there is none.
     pub shift: [u16; NR],
     /// Upper triangular.
-    pub root: [[f64; NX]; NX],
+    pub root: [[Real; NX]; NX],
     pub stages: [Stage<NX, NU>; N],
     /// Of xhat_k and uhat_k, where the problem is `boxed`.
     pub x: Bounds<NX, N>,
@@ -210,21 +212,21 @@ pub const NO_ROW: u16 = u16::MAX;
 #[derive(Debug, Clone)]
 pub struct Stage<const NX: usize, const NU: usize> {
     /// A + B gain.
-    pub next: [[f64; NX]; NX],
+    pub next: [[Real; NX]; NX],
     /// B spread.
-    pub drive: [[f64; NU]; NX],
-    pub gain: [[f64; NX]; NU],
+    pub drive: [[Real; NU]; NX],
+    pub gain: [[Real; NX]; NU],
     /// Upper triangular.
-    pub spread: [[f64; NU]; NU],
+    pub spread: [[Real; NU]; NU],
 }
 
 /// Bounds of the entries of a state or an input over the horizon, in their units; infinite where there is none.
 #[derive(Debug, Clone)]
 pub struct Bounds<const COUNT: usize, const N: usize> {
-    pub low: [[f64; COUNT]; N],
-    pub high: [[f64; COUNT]; N],
+    pub low: [[Real; COUNT]; N],
+    pub high: [[Real; COUNT]; N],
     /// What the entry is multiplied by in its row.
-    pub unit: [[f64; COUNT]; N],
+    pub unit: [[Real; COUNT]; N],
     /// The row of the problem; [`NO_ROW`] where there is none.
     pub row: [[u16; COUNT]; N],
 }
@@ -232,8 +234,8 @@ pub struct Bounds<const COUNT: usize, const N: usize> {
 impl<const COUNT: usize, const N: usize> Bounds<COUNT, N> {
     /// No bounds.
     pub const NONE: Self = Self {
-        low: [[f64::NEG_INFINITY; COUNT]; N],
-        high: [[f64::INFINITY; COUNT]; N],
+        low: [[Real::NEG_INFINITY; COUNT]; N],
+        high: [[Real::INFINITY; COUNT]; N],
         unit: [[0.0; COUNT]; N],
         row: [[NO_ROW; COUNT]; N],
     };
@@ -243,13 +245,13 @@ impl<const COUNT: usize, const N: usize> Bounds<COUNT, N> {
 #[derive(Debug, Clone)]
 pub struct LoadModel<const ND: usize, const NX: usize> {
     /// From the loads to the next states.
-    pub M: [[f64; ND]; NX],
+    pub M: [[Real; ND]; NX],
     /// Bounds, and the largest change per step, that the design was made for.
-    pub min: [f64; ND],
-    pub max: [f64; ND],
-    pub rate: [f64; ND],
+    pub min: [Real; ND],
+    pub max: [Real; ND],
+    pub rate: [Real; ND],
     /// How far a load may be from what the references were given of it N - 1 steps before.
-    pub lag: [f64; ND],
+    pub lag: [Real; ND],
 }
 
 /// Where a neighbour's message goes in the inbox.

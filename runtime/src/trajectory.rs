@@ -1,33 +1,34 @@
 //! The reference trajectory (7) that a controller carries: from now to one step before the horizon.
 
-use crate::linear::{add, shift_in, subtract, times};
-use crate::plan::{Passage, PlannedPoint};
-use crate::tables::Model;
+use super::Real;
+use super::linear::{add, shift_in, subtract, times};
+use super::plan::{Passage, PlannedPoint};
+use super::tables::Model;
 
 /// xref, uref and yref at t, ..., t + N - 1, and eref at t + N - 1; where that is before the end of a start-up plan, de of
-/// [`StartPlan`](crate::StartPlan).
+/// [`StartPlan`](super::StartPlan).
 #[derive(Debug, Clone)]
 pub(crate) struct Trajectory<const NX: usize, const NU: usize, const NY: usize, const N: usize> {
-    pub x: [[f64; NX]; N],
-    pub u: [[f64; NU]; N],
-    pub y: [[f64; NY]; N],
-    e: [f64; NY],
+    pub x: [[Real; NX]; N],
+    pub u: [[Real; NU]; N],
+    pub y: [[Real; NY]; N],
+    e: [Real; NY],
 }
 
 /// References at one step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Point<const NX: usize, const NU: usize, const NY: usize> {
-    pub x: [f64; NX],
-    pub u: [f64; NU],
-    pub y: [f64; NY],
+    pub x: [Real; NX],
+    pub u: [Real; NU],
+    pub y: [Real; NY],
 }
 
 impl<const NX: usize, const NU: usize, const NY: usize, const N: usize> Trajectory<NX, NU, NY, N> {
     /// The trajectory that stays at chi = (x, e): yref = C x, so that eref stays by (7b), and uref = calK chi, (7f).
     pub fn constant<const NZ: usize, const NI: usize>(
         model: &Model<NX, NU, NY, NZ, NI>,
-        x: [f64; NX],
-        e: [f64; NY],
+        x: [Real; NX],
+        e: [Real; NY],
     ) -> Self {
         Self { x: [x; N], u: [input(model, &x, &e); N], y: [times(&model.C, &x); N], e }
     }
@@ -60,9 +61,9 @@ impl<const NX: usize, const NU: usize, const NY: usize, const N: usize> Trajecto
     pub fn advance<const NZ: usize, const NI: usize>(
         &mut self,
         model: &Model<NX, NU, NY, NZ, NI>,
-        y: [f64; NY],
-        z: &[f64; NI],
-        push: &[f64; NX],
+        y: [Real; NY],
+        z: &[Real; NI],
+        push: &[Real; NX],
     ) {
         let newest = self.newest();
         let x = add(&successor(model, &newest, z), push);
@@ -77,8 +78,8 @@ impl<const NX: usize, const NU: usize, const NY: usize, const N: usize> Trajecto
         &mut self,
         model: &Model<NX, NU, NY, NZ, NI>,
         plan: &Passage<'_, NX, NU, NY>,
-        z: &[f64; NI],
-        push: &[f64; NX],
+        z: &[Real; NI],
+        push: &[Real; NX],
     ) {
         let newest = self.newest();
         let x = add(&successor(model, &newest, z), push);
@@ -99,10 +100,10 @@ impl<const NX: usize, const NU: usize, const NY: usize, const N: usize> Trajecto
     pub fn arrives<const NZ: usize, const NI: usize>(
         &self,
         model: &Model<NX, NU, NY, NZ, NI>,
-        next: &[f64; NX],
-        z: &[f64; NI],
-        push: &[f64; NX],
-        share: f64,
+        next: &[Real; NX],
+        z: &[Real; NI],
+        push: &[Real; NX],
+        share: Real,
     ) -> bool {
         let missed = subtract(&add(&successor(model, &self.newest(), z), push), next);
         missed.iter().zip(&model.drift).all(|(missed, drift)| missed.abs() <= share * drift)
@@ -112,8 +113,8 @@ impl<const NX: usize, const NU: usize, const NY: usize, const N: usize> Trajecto
     pub fn stays<const NZ: usize, const NI: usize>(
         &self,
         model: &Model<NX, NU, NY, NZ, NI>,
-        z: &[f64; NI],
-        push: &[f64; NX],
+        z: &[Real; NI],
+        push: &[Real; NX],
     ) -> bool {
         self.arrives(model, &self.newest().x, z, push, 1.0)
     }
@@ -121,7 +122,7 @@ impl<const NX: usize, const NU: usize, const NY: usize, const N: usize> Trajecto
 
 impl<const NX: usize, const NU: usize, const NY: usize> Point<NX, NU, NY> {
     /// z of (7c).
-    pub fn coupling_output<const NZ: usize, const NI: usize>(&self, model: &Model<NX, NU, NY, NZ, NI>) -> [f64; NZ] {
+    pub fn coupling_output<const NZ: usize, const NI: usize>(&self, model: &Model<NX, NU, NY, NZ, NI>) -> [Real; NZ] {
         add(&times(&model.Cz, &self.x), &times(&model.Dz, &self.u))
     }
 }
@@ -130,8 +131,8 @@ impl<const NX: usize, const NU: usize, const NY: usize> Point<NX, NU, NY> {
 fn successor<const NX: usize, const NU: usize, const NY: usize, const NZ: usize, const NI: usize>(
     model: &Model<NX, NU, NY, NZ, NI>,
     point: &Point<NX, NU, NY>,
-    z: &[f64; NI],
-) -> [f64; NX] {
+    z: &[Real; NI],
+) -> [Real; NX] {
     let own = add(&times(&model.A, &point.x), &times(&model.B, &point.u));
     add(&own, &times(&model.EL, z))
 }
@@ -139,20 +140,24 @@ fn successor<const NX: usize, const NU: usize, const NY: usize, const NZ: usize,
 /// (7f).
 fn input<const NX: usize, const NU: usize, const NY: usize, const NZ: usize, const NI: usize>(
     model: &Model<NX, NU, NY, NZ, NI>,
-    x: &[f64; NX],
-    e: &[f64; NY],
-) -> [f64; NU] {
+    x: &[Real; NX],
+    e: &[Real; NY],
+) -> [Real; NU] {
     add(&times(&model.Kx, x), &times(&model.Ke, e))
 }
 
-fn or_zero<const COUNT: usize>(values: Option<&[f64; COUNT]>) -> [f64; COUNT] {
+fn or_zero<const COUNT: usize>(values: Option<&[Real; COUNT]>) -> [Real; COUNT] {
     values.copied().unwrap_or([0.0; COUNT])
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::Real;
+    use super::super::tables::Model;
     use super::Trajectory;
-    use crate::tables::Model;
+
+    /// How far a state of the model below may drift, relative to its size.
+    const DRIFT: Real = 256.0 * Real::EPSILON;
 
     /// A level of about 1e6 units and a concentration of about 1e-3 beside each other, one import into each.
     fn model() -> Model<2, 1, 1, 0, 2> {
@@ -168,12 +173,12 @@ mod tests {
             Ke: [[0.7]],
             u_min: [-1e9],
             u_max: [1e9],
-            drift: [1e-2, 1e-11],
+            drift: [1e6 * DRIFT, 1e-3 * DRIFT],
         }
     }
 
     /// At x = (1e6, 1e-3) with the input 1e5 - `pull`.
-    fn start(pull: f64) -> Trajectory<2, 1, 1, 3> {
+    fn start(pull: Real) -> Trajectory<2, 1, 1, 3> {
         let x = [1e6, 1e-3];
         let e = (1e5 - pull + 0.3 * 1e6 - 0.1 * 1e-3) / 0.7;
         Trajectory::constant(&model(), x, [e])
@@ -184,15 +189,16 @@ mod tests {
         let model = model();
         let steady = [0.0, 0.3e-3];
         assert!(start(0.0).stays(&model, &steady, &[0.0; 2]));
-        assert!(start(0.009).stays(&model, &steady, &[0.0; 2]) && !start(0.011).stays(&model, &steady, &[0.0; 2]));
-        assert!(start(0.0).stays(&model, &[-0.009, 0.3e-3 + 0.9e-11], &[0.0; 2]));
-        // 1e-17 of the first state's size, and yet too far for the second.
-        assert!(!start(0.0).stays(&model, &[0.0, 0.3e-3 + 1.1e-11], &[0.0; 2]));
-        assert!(!start(0.0).stays(&model, &[0.0, 0.3e-3 - 1.1e-11], &[0.0; 2]));
-        assert!(!start(0.0).stays(&model, &[f64::MAX, f64::NAN], &[0.0; 2]));
+        let [near, far] = [0.9e6 * DRIFT, 1.1e6 * DRIFT];
+        assert!(start(near).stays(&model, &steady, &[0.0; 2]) && !start(far).stays(&model, &steady, &[0.0; 2]));
+        assert!(start(0.0).stays(&model, &[-near, 0.3e-3 + 0.9e-3 * DRIFT], &[0.0; 2]));
+        // 1e-9 of what the first state may drift, and yet too far for the second.
+        assert!(!start(0.0).stays(&model, &[0.0, 0.3e-3 + 1.1e-3 * DRIFT], &[0.0; 2]));
+        assert!(!start(0.0).stays(&model, &[0.0, 0.3e-3 - 1.1e-3 * DRIFT], &[0.0; 2]));
+        assert!(!start(0.0).stays(&model, &[Real::MAX, Real::NAN], &[0.0; 2]));
         // What loads add counts like what is imported.
         assert!(start(0.0).stays(&model, &[-7.0, 0.2e-3], &[7.0, 0.1e-3]));
-        assert!(!start(0.0).stays(&model, &steady, &[0.011, 0.0]));
+        assert!(!start(0.0).stays(&model, &steady, &[far, 0.0]));
     }
 
     /// (7f) gives the next input from the same eref and the same state: to the last bit the one of the start.

@@ -1,0 +1,27 @@
+// The runtime in one scalar type: compiled once per module that says which (`double`, `single`). A module instead of a type
+// parameter: literals stay literals, no signature carries bounds, and thresholds are constants of their precision.
+
+use super::{Real, precision};
+
+mod changing;
+mod controller;
+mod factor;
+mod linear;
+mod load;
+mod message;
+mod plan;
+pub mod problem;
+pub mod reference;
+pub mod solver;
+mod start;
+pub mod tables;
+mod trajectory;
+
+pub use changing::{HalfSpace, Meeting, NotRedrawn, Pair};
+pub use controller::{Controller, Input, Outlook, Step, Telemetry};
+pub use load::{Load, Loads};
+pub use message::{Inbox, Message};
+pub use plan::{PlannedPoint, StartPlan};
+pub use reference::{ReferenceLayer, Share};
+pub use start::SteadyState;
+pub use tables::{Link, Tables};
