@@ -1,4 +1,5 @@
-//! Is `generated/` what the compiler writes now?
+//! Is `generated/` what the compiler writes now? What its controllers take on the machines they were measured on depends on
+//! compilers beside this one: `footprint.rs` looks at it.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -6,6 +7,7 @@ use std::path::PathBuf;
 
 use dpc_codegen::design::Design;
 use dpc_codegen::emit::{Emitted, package_folder};
+use dpc_codegen::footprint::without;
 use dpc_tests::{read, root};
 
 /// Examples whose controllers are committed.
@@ -18,7 +20,7 @@ fn generated_files_are_fresh() {
         for (name, text) in &emitted.files {
             let committed = fs::read_to_string(folder.join(name)).unwrap_or_default();
             assert!(
-                committed == *text,
+                without(&committed) == *text,
                 "generated/{example}/{name} is not what the compiler writes now; {}",
                 refresh(example)
             );
@@ -45,5 +47,7 @@ fn emitted(example: &str) -> (PathBuf, Emitted) {
 }
 
 fn refresh(example: &str) -> String {
-    format!("refresh it with: cargo run --release -p dpc-codegen -- examples/{example}/system.toml")
+    format!(
+        "refresh it with: .ci/metal keep, or cargo run --release -p dpc-codegen -- examples/{example}/system.toml --measure"
+    )
 }

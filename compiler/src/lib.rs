@@ -52,6 +52,8 @@ pub mod design;
 pub mod diagnostic;
 pub mod emit;
 pub mod export;
+#[cfg(feature = "measure")]
+pub mod footprint;
 pub mod gains;
 pub mod network;
 pub mod notices;

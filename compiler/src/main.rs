@@ -11,6 +11,7 @@ use dpc_codegen::design::Design;
 use dpc_codegen::diagnostic::{Diagnostics, Source};
 use dpc_codegen::emit::{Emitted, package_folder, write_all};
 use dpc_codegen::export::design_json;
+use dpc_codegen::footprint::{Measured, Target, Workshop};
 use dpc_codegen::summary::Summary;
 use dpc_codegen::tuning::{Effort, Progress, Watch, frozen};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -39,6 +40,9 @@ struct Arguments {
     /// Also write the gains to a file of their own, as lines to be pasted into the network's
     #[arg(long, value_name = "FILE")]
     gains_out: Option<PathBuf>,
+    /// Build the controllers with cargo for a target, and write what they take into their headers: code, constants, memory, stack
+    #[arg(long, value_name = "TARGET", num_args = 0..=1, require_equals = true, default_missing_value = "host")]
+    measure: Vec<String>,
     /// Print time and peak memory of every stage, one per line
     #[arg(long)]
     timings: bool,
@@ -60,8 +64,12 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     let source = build::read(&arguments.file)?;
     let design = designed(arguments, &source, &mut watch)?;
     let mut clock = watch.clock;
-    let emitted = Emitted::new(&design);
+    let mut emitted = Emitted::new(&design);
     clock.ended("Emitted");
+    if !arguments.measure.is_empty() {
+        measured(&arguments.measure, &design, &mut emitted)?;
+        clock.ended("Measured");
+    }
     let written = write(arguments, &design, &emitted)?;
     clock.ended("Written");
     let timings = if arguments.timings { clock.table() } else { String::new() };
@@ -82,6 +90,21 @@ fn designed(arguments: &Arguments, source: &Source, watch: &mut Progressing) -> 
     let design = design.started(&starts).map_err(rendered(&starts))?;
     watch.clock.ended("Start");
     Ok(design)
+}
+
+/// Notes what the controllers take on every target, in a folder that is gone afterwards.
+fn measured(targets: &[String], design: &Design, emitted: &mut Emitted) -> Result<(), String> {
+    let folder = std::env::temp_dir().join(format!("dpc-codegen-{}", std::process::id()));
+    let mut workshop = Workshop::new(folder.clone());
+    if let Some(out) = std::env::var_os("CARGO_TARGET_DIR") {
+        workshop.out = PathBuf::from(out).join("measured");
+    }
+    let targets: Vec<Target> = targets.iter().map(|target| Target::new(target)).collect();
+    let measured = Measured::new(design, emitted, &targets, &workshop);
+    // What remains is in the system's folder for it.
+    let _ = std::fs::remove_dir_all(&folder);
+    measured?.note(emitted);
+    Ok(())
 }
 
 impl Arguments {

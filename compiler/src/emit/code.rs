@@ -234,11 +234,16 @@ fn links(node: &Node, modules: &[String]) -> Vec<TokenStream> {
 /// `FROM_RIGHT`
 fn link(node: &Node, slot: usize, neighbour: &Neighbour, module: &str) -> TokenStream {
     let other = node.other(neighbour);
-    let name = format_ident!("FROM_{}", module.to_uppercase());
+    let name = format_ident!("{}", link_name(module));
     let doc = format!(" Where the messages of {} go: {}.", code(&other.name), imported(node, neighbour));
     let [ny, nz, slot] = [other.p(), other.nz(), slot].map(Literal::usize_unsuffixed);
     let (z, y) = (option(neighbour.z), option(neighbour.y));
     quote! { #[doc = #doc] pub const #name: Link<#ny, #nz> = Link { slot: #slot, z: #z, y: #y }; }
+}
+
+/// Of the link to the neighbour in `module`.
+pub fn link_name(module: &str) -> String {
+    format!("FROM_{}", module.to_uppercase())
 }
 
 fn imported(node: &Node, neighbour: &Neighbour) -> String {

@@ -15,10 +15,13 @@
 //! | `names` | identifiers and comments out of the user's names |
 //! | `network` | the list of the modules, and who talks to whom |
 //! | `fingerprint` | what a start-up plan recognises its tables by |
+//! | `entries` | the same functions for C, for what measures them |
 //! | `disk` | writing all files or none |
 
 mod code;
 mod disk;
+#[cfg(feature = "measure")]
+pub(crate) mod entries;
 mod fingerprint;
 mod monitors;
 mod names;
