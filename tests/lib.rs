@@ -54,7 +54,7 @@ pub fn sparsely(network: Network) -> Option<Design> {
     let sets = Sets::new(&network, &gains).ok()?;
     let sizing = Sizing::new(&network, &gains, &sets).ok()?;
     let problems = Problems::new(&network, &gains, &sizing).ok()?;
-    Some(Design { network, gains, sets, sizing, problems, tuning: None, start: None })
+    Some(Design { network, gains, sets, sizing, problems, tuning: None, start: None, samples: None })
 }
 
 /// The files of `cases/<folder>` in the order of their names, with paths relative to this package.

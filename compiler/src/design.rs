@@ -2,6 +2,7 @@
 
 use crate::diagnostic::{Diagnostics, Source};
 use crate::gains::{Gains, Settled};
+use crate::iterations;
 use crate::network::{Network, Start};
 use crate::problems::Problems;
 use crate::sets::Sets;
@@ -23,6 +24,8 @@ pub struct Design {
     pub tuning: Option<Tuning>,
     /// From the start that the file states; `None` without one.
     pub start: Option<StartPlan>,
+    /// How many problems per subsystem the iteration limits rest on; `None` where they rest on its size.
+    pub samples: Option<usize>,
 }
 
 impl Design {
@@ -73,6 +76,18 @@ impl Design {
         Ok(Self { start: Some(plan), ..self })
     }
 
+    /// The same design with iteration limits from about `samples` problems per subsystem, and from certificates where problems are
+    /// small; see [`crate::iterations`].
+    pub fn counted(mut self, samples: usize) -> Self {
+        let counts = iterations::count(&self, samples);
+        for (problems, count) in self.problems.subsystems.iter_mut().zip(counts) {
+            problems.dpc.max_iterations = count.limit(&problems.dpc);
+            problems.iterations = Some(count);
+        }
+        self.samples = Some(samples);
+        self
+    }
+
     fn of_network(network: Network, effort: Option<Effort>, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
         let effort = effort.unwrap_or(network.effort);
         let network = Network { effort, ..network };
@@ -101,7 +116,7 @@ impl Design {
         watch.stage("Sizing");
         let problems = Problems::new(&network, &gains, &sizing)?;
         watch.stage("Problems");
-        let design = Self { network, gains, sets, sizing, problems, tuning: None, start: None };
+        let design = Self { network, gains, sets, sizing, problems, tuning: None, start: None, samples: None };
         let planned = design.network.start.as_ref().map(|start| {
             let planned = design.plan_from(start);
             planned.map_err(|refusal| Diagnostics::from(refusal.diagnostic(&design.network, start)))

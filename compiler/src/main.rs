@@ -43,6 +43,9 @@ struct Arguments {
     /// Build the controllers with cargo for a target, and write what they take into their headers: code, constants, memory, stack
     #[arg(long, value_name = "TARGET", num_args = 0..=1, require_equals = true, default_missing_value = "host")]
     measure: Vec<String>,
+    /// Count the solver's iterations on that many problems per subsystem, certify small ones, and set the limits by it
+    #[arg(long, value_name = "SAMPLES", num_args = 0..=1, default_missing_value = "10000")]
+    iterations: Option<usize>,
     /// Print time and peak memory of every stage, one per line
     #[arg(long)]
     timings: bool,
@@ -64,6 +67,13 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     let source = build::read(&arguments.file)?;
     let design = designed(arguments, &source, &mut watch)?;
     let mut clock = watch.clock;
+    let design = match arguments.iterations {
+        Some(samples) => design.counted(samples),
+        None => design,
+    };
+    if design.samples.is_some() {
+        clock.ended("Iterations");
+    }
     let mut emitted = Emitted::new(&design);
     clock.ended("Emitted");
     if !arguments.measure.is_empty() {

@@ -10,6 +10,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::gains::{Gains, SubsystemGains};
+use crate::iterations::{Iterations, limit_by_size};
 use crate::network::{Network, Subsystem};
 use crate::sets::noise_support;
 use crate::sharing::spread;
@@ -30,6 +31,8 @@ pub struct Problems {
 pub struct SubsystemProblems {
     pub dpc: DpcProblem,
     pub reference: ReferenceProblem,
+    /// What the limit of `dpc` rests on, where the design was [counted](crate::design::Design::counted).
+    pub iterations: Option<Iterations>,
 }
 
 /// (33)-(36) in v = (dx_0, du_0, ..., du_{N-1}), dx_k = xhat_k - xref_k, du_k = uhat_k - uref_k:
@@ -105,7 +108,7 @@ impl Problems {
         let one = |i: usize| -> Result<SubsystemProblems, Diagnostic> {
             let (s, g, sized) = (&network.subsystems[i], &gains.subsystems[i], &sizing.subsystems[i]);
             let dpc = DpcProblem::new(s, g, sized, network)?;
-            Ok(SubsystemProblems { dpc, reference: ReferenceProblem::new(network, i, sized)? })
+            Ok(SubsystemProblems { dpc, reference: ReferenceProblem::new(network, i, sized)?, iterations: None })
         };
         let subsystems = spread(network.subsystems.len(), one).into_iter().collect::<Result<_, _>>()?;
         Ok(Self { subsystems })
@@ -130,7 +133,7 @@ impl DpcProblem {
             facets_before,
             facets_after,
             pruned,
-            max_iterations: ITERATIONS_PER_ROW * (condensed.rows.len() + T.ncols()),
+            max_iterations: limit_by_size(condensed.rows.len(), T.ncols()),
             H: condensed.H,
             T,
             root,
@@ -234,10 +237,6 @@ impl DpcProblem {
         limits && self.V.iter().chain(&self.T).chain(offsets).all(|value| value.is_finite())
     }
 }
-
-/// A dual active-set method changes its working set a few times the number of active rows; this is generous, and the
-/// shifted candidate (47) stands behind it.
-const ITERATIONS_PER_ROW: usize = 4;
 
 /// One multiplication waits for another in a simulation, and for none in a product of a matrix: it has to save half of them.
 const WORTH: usize = 2;

@@ -178,6 +178,11 @@ impl Summary<'_> {
         lines.push(item("terminal set", &upsets(model, sizes)));
         lines.push(item("i-DPC problem", &format!("{} unknowns, {}", dpc.H.nrows(), count(dpc.rows.len(), "row"))));
         lines.push(item("", &inequalities(dpc)));
+        if let Some(count) = &self.design.problems.subsystems[i].iterations {
+            let (origin, why) = count.origin();
+            lines.push(item("changes", &format!("limit {}, {origin}", dpc.max_iterations)));
+            lines.extend(why.map(|why| item("", &why.to_string())));
+        }
         lines.push(item("tables", &format!("{} bytes", self.emitted.table_bytes[i])));
         lines
     }

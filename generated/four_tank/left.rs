@@ -306,6 +306,7 @@ pub static TABLES: Parts = Tables {
         // Whether violated rows are looked for by the simulation
         staged: false,
         // Working-set changes before the shifted candidate (47) is used
+        // 4 (rows + unknowns); `--iterations` looks closer
         max_iterations: 64,
     },
 };

@@ -226,6 +226,11 @@ impl<const NV: usize> Solver<NV> {
         &self.w
     }
 
+    /// Changes of the working set after the warm start, however the solve ended.
+    pub fn iterations(&self) -> usize {
+        self.iterations
+    }
+
     /// The rows that hold with equality at the minimiser.
     pub fn working_set(&self) -> WorkingSet<NV> {
         let mut set = WorkingSet::EMPTY;

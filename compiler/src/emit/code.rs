@@ -22,12 +22,13 @@ pub fn header(design: &Design, what: &str) -> String {
         design.tuning.as_ref().map(|tuning| format!(" --effort {}", tuning.effort.level())).unwrap_or_default();
     let start = design.start.as_ref().and_then(|plan| plan.start.file.as_ref());
     let start = start.map(|path| format!(" --start {}", file_name(path))).unwrap_or_default();
+    let samples = design.samples.map(|samples| format!(" --iterations {samples}")).unwrap_or_default();
     format!(
         "// {}.\n\
          //\n\
          // Written by dpc-codegen {} from {file}; do not edit. To make it again:\n\
          //\n\
-         //     dpc-codegen {file} --out {folder}{effort}{start}\n\
+         //     dpc-codegen {file} --out {folder}{effort}{start}{samples}\n\
          //\n\
          // Fits dpc-runtime {major}.{minor}. Numbers are in the units of {file}, as deviations from its operating point.\n",
         one_line(what),

@@ -213,11 +213,20 @@ fn dpc(node: &Node) -> Value {
             Field::new("staged", "Whether violated rows are looked for by the simulation", Value::Flag(dpc.staged)),
             Field::new(
                 "max_iterations",
-                "Working-set changes before the shifted candidate (47) is used",
+                format!("Working-set changes before the shifted candidate (47) is used\n{}", limit_origin(node)),
                 Value::Count(dpc.max_iterations),
             ),
         ],
     )
+}
+
+/// Where the limit comes from.
+fn limit_origin(node: &Node) -> String {
+    let counted = node.problems().iterations.as_ref();
+    counted.map_or("4 (rows + unknowns); `--iterations` looks closer".to_owned(), |count| {
+        let (origin, why) = count.origin();
+        why.map_or(origin.clone(), |why| format!("{origin}; {why}"))
+    })
 }
 
 /// The rows over dx_N, where the simulation looks at them.
