@@ -3,7 +3,7 @@
 
 use std::fmt;
 
-use dpc_runtime::solver::{Outcome, Row, Rows, Side, Solver, WorkingSet};
+use dpc_runtime::solver::{Outcome, Row, Rows, Side, Solver, TOLERANCE, WorkingSet, Worst};
 
 use crate::Random;
 use crate::double_double::{self, Wide};
@@ -47,6 +47,50 @@ impl<const NV: usize> Rows<NV> for Problem<NV> {
     fn get(&self, index: usize) -> Option<Row<'_>> {
         let (normal, lower, upper) = self.rows.get(index)?;
         Some(Row { normal, lower: *lower, upper: *upper, scale: size(*lower).max(size(*upper)) })
+    }
+}
+
+/// The same problem with the products of its rows at hand, as small emitted problems have them.
+struct LookedUp<'a, const NV: usize> {
+    problem: &'a Problem<NV>,
+    gram: Vec<Vec<f64>>,
+}
+
+impl<'a, const NV: usize> LookedUp<'a, NV> {
+    fn new(problem: &'a Problem<NV>) -> Self {
+        let rows = &problem.rows;
+        let gram = rows.iter().map(|(a, ..)| rows.iter().map(|(b, ..)| dot(a, b)).collect()).collect();
+        Self { problem, gram }
+    }
+}
+
+impl<const NV: usize> Rows<NV> for LookedUp<'_, NV> {
+    fn iter(&self) -> impl Iterator<Item = Row<'_>> {
+        self.problem.iter()
+    }
+
+    fn get(&self, index: usize) -> Option<Row<'_>> {
+        self.problem.get(index)
+    }
+
+    fn products(&self, index: usize) -> Option<&[f64]> {
+        self.gram.get(index).map(Vec::as_slice)
+    }
+
+    fn worst(&self, _w: &[f64; NV], size: f64, sum: impl Iterator<Item = (usize, f64)>) -> Worst {
+        let mut values = vec![0.0; self.gram.len()];
+        for (row, coefficient) in sum {
+            values.iter_mut().zip(&self.gram[row]).for_each(|(value, product)| *value += coefficient * product);
+        }
+        let (mut worst, mut distance) = (Worst::Kept, 0.5 * TOLERANCE * size);
+        for (row, (value, (_, lower, upper))) in values.iter().zip(&self.problem.rows).enumerate() {
+            for (side, violation) in [(Side::Lower, lower - value), (Side::Upper, value - upper)] {
+                if violation > distance {
+                    (worst, distance) = (Worst::Row(row, side), violation);
+                }
+            }
+        }
+        worst
     }
 }
 
@@ -133,6 +177,10 @@ fn one<const NV: usize>(kind: Kind, random: &mut Random, most_rows: usize) -> Ve
     }
     let mut again = Verdicts::default();
     problem.judge(&mut solver, &warm, &truth, &mut again);
+    let looked_up = LookedUp::new(&problem);
+    for from in [&WorkingSet::EMPTY, &warm] {
+        problem.judge_by(&looked_up, &mut solver, from, &truth, &mut again);
+    }
     // What one start could decide and the other could not is undecided.
     verdicts.undecided = verdicts.undecided.max(again.undecided);
     verdicts.worst = verdicts.worst.max(again.worst);
@@ -176,7 +224,19 @@ impl<const NV: usize> Problem<NV> {
 
     /// Solves from `from` and compares with the truth.
     fn judge(&self, solver: &mut Solver<NV>, from: &WorkingSet<NV>, truth: &Truth, verdicts: &mut Verdicts) {
-        match solver.solve(self, from, BUDGET) {
+        self.judge_by(self, solver, from, truth, verdicts);
+    }
+
+    /// The same where `rows` are this problem's.
+    fn judge_by(
+        &self,
+        rows: &impl Rows<NV>,
+        solver: &mut Solver<NV>,
+        from: &WorkingSet<NV>,
+        truth: &Truth,
+        verdicts: &mut Verdicts,
+    ) {
+        match solver.solve(rows, from, BUDGET) {
             Outcome::Optimal { iterations } => {
                 verdicts.most_iterations = verdicts.most_iterations.max(iterations);
                 match truth {

@@ -114,6 +114,15 @@ mod changing {
     include!(concat!(env!("OUT_DIR"), "/changing/mod.rs"));
 }
 
+/// Of the tables of a subsystem, and what they refer to.
+macro_rules! bytes {
+    ($node:ident) => {
+        size_of_val(&$node::TABLES)
+            + size_of_val($node::TABLES.problem.terminal)
+            + size_of_val($node::TABLES.problem.gram)
+    };
+}
+
 /// Rows that are redrawn by all members alike.
 fn redraw_rows() {
     use changing::{lift, robot_1, robot_2};
@@ -232,10 +241,10 @@ fn main() {
     let step = fourth.step(&con_::steady_state(&rest).x, &[3.0], &mut con_::Inbox::new());
     assert!(step.status.is_guaranteed(), "{:?}", step.status);
 
-    println!("{}", size_of_val(&type_::TABLES) + size_of_val(type_::TABLES.problem.terminal));
-    println!("{}", size_of_val(&tanks_1_2::TABLES) + size_of_val(tanks_1_2::TABLES.problem.terminal));
-    println!("{}", size_of_val(&plane::TABLES) + size_of_val(plane::TABLES.problem.terminal));
-    println!("{}", size_of_val(&con_::TABLES) + size_of_val(con_::TABLES.problem.terminal));
+    println!("{}", bytes!(type_));
+    println!("{}", bytes!(tanks_1_2));
+    println!("{}", bytes!(plane));
+    println!("{}", bytes!(con_));
 }
 "#;
 

@@ -26,6 +26,7 @@ pub fn doubted(dpc: &DpcProblem, e: &DVector<f64>, forecast: Option<&DVector<f64
     let tube = |r: usize| if r < strips { array(dpc.rows[r].offset.as_slice()) } else { [0.0; STATES] };
     let problem: tables::DpcProblem<STATES, 1, 1, UNKNOWNS, STRIPS, STRIPS, 0, 0> = tables::DpcProblem {
         V: [[1.0; UNKNOWNS]; STRIPS],
+        gram: &[],
         extent: [UNKNOWNS as u16; STRIPS],
         lower: std::array::from_fn(|r| limit(r, &dpc.lower, f64::NEG_INFINITY)),
         upper: std::array::from_fn(|r| limit(r, &dpc.upper, f64::INFINITY)),

@@ -101,6 +101,7 @@ fn tables(dpc: &problems::DpcProblem, staged: bool) -> Problem {
         dpc.rows.iter().filter(|row| row.kind == RowKind::Terminal).map(|row| [row.end[0], row.end[1]]).collect();
     let mut problem = Problem {
         V: [[0.0; NV]; NR],
+        gram: &[],
         extent: [0; NR],
         lower: [f64::NEG_INFINITY; NR],
         upper: [f64::INFINITY; NR],

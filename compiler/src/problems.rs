@@ -208,6 +208,14 @@ impl DpcProblem {
         self.rows.iter().map(|row| row.extent + row.offset.len() + COMPARED).sum()
     }
 
+    /// V V', where the on-line solver is to look products of rows up: for problems so small that a look at all rows by its columns,
+    /// one per row in the working set, takes fewer operations than one by the rows of V, and only where it is at most a few times as
+    /// large as V. Larger problems have too many rows for it (its size grows with their square), and their rows end with zeros.
+    pub fn gram(&self) -> Option<DMatrix<f64>> {
+        let (rows, unknowns) = self.V.shape();
+        (unknowns <= FEW_UNKNOWNS && rows <= GRAM_MEMORY * unknowns).then(|| &self.V * self.V.transpose())
+    }
+
     /// Where each row stands one step later: the row that asks the same one stage earlier. Rows of the tube and the terminal set
     /// stay; those of stage 0 go.
     pub fn shift(&self) -> Vec<usize> {
@@ -237,6 +245,12 @@ impl DpcProblem {
         limits && self.V.iter().chain(&self.T).chain(offsets).all(|value| value.is_finite())
     }
 }
+
+/// Of so many unknowns the runtime unrolls sums; it does not ask for a Gram matrix of more.
+const FEW_UNKNOWNS: usize = 8;
+
+/// How many times as many numbers as V the Gram matrix may have.
+const GRAM_MEMORY: usize = 4;
 
 /// One multiplication waits for another in a simulation, and for none in a product of a matrix: it has to save half of them.
 const WORTH: usize = 2;

@@ -404,6 +404,8 @@ impl<
         self.advance(set_point, if due { load.push } else { self.push }, due && load.within, inbox)
     }
 
+    /// Out of line, as [`Self::solve`] is: the two never need their stack together.
+    #[inline(never)]
     fn advance(
         &mut self,
         set_point: &[Real; NY],
@@ -475,7 +477,14 @@ impl<
             self.present = Present::Rest;
             return Control::AtReference;
         }
-        let mut instance = problem.at(e, x_ref, u_ref);
+        self.solve(e)
+    }
+
+    /// Out of line: who rests does not need its stack.
+    #[inline(never)]
+    fn solve(&mut self, e: &[Real; NX]) -> Control {
+        let problem = &self.tables.problem;
+        let mut instance = problem.at(e, &self.trajectory.x, &self.trajectory.u);
         if let Some(noise) = self.noise {
             let forecast = self.forecast.then_some(&self.candidate.plan.dx);
             self.relied = problem.doubt(&mut instance, noise, forecast);
@@ -487,17 +496,22 @@ impl<
         if !instance.is_finite() {
             return Control::NotFinite;
         }
-        let solver = &mut self.solver;
-        match solver.solve(&instance, &self.candidate.active, self.max_iterations) {
+        match self.solver.solve(&instance, &self.candidate.active, self.max_iterations) {
             Outcome::Optimal { iterations } => {
-                let active = solver.working_set();
-                self.present = Present::Solved(Planned { plan: problem.plan(solver.w()), active });
-                Control::Optimal { iterations, active: active.len() }
+                self.keep();
+                Control::Optimal { iterations, active: self.solver.rows().count() }
             }
-            _ if instance.admits(&problem.unknowns(&self.candidate.plan), CANDIDATE) => Control::Candidate,
+            _ if instance.admits_plan(&self.candidate.plan, CANDIDATE) => Control::Candidate,
             Outcome::Infeasible { row } => Control::Infeasible { row },
             Outcome::IterationLimit => Control::IterationLimit,
         }
+    }
+
+    /// Plans what was solved.
+    #[inline(never)]
+    fn keep(&mut self) {
+        let (plan, active) = (self.tables.problem.plan(self.solver.w()), self.solver.working_set());
+        self.present = Present::Solved(Planned { plan, active });
     }
 
     /// Makes this period's plan the next one's candidate.
@@ -506,7 +520,7 @@ impl<
             Present::Rest => self.candidate = Planned::REST,
             Present::Candidate => self.candidate.plan = self.candidate.plan.shifted(&self.tables.model),
             Present::Solved(Planned { plan, active }) => {
-                let active = self.tables.problem.shifted(active);
+                let active = self.tables.problem.shifted(active.iter());
                 self.candidate = Planned { plan: plan.shifted(&self.tables.model), active };
             }
         }

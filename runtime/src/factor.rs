@@ -1,72 +1,94 @@
-//! The factor L D L' of a growing and shrinking Gram matrix.
-#![expect(non_snake_case, reason = "L D L' is the factor's name everywhere")]
+//! The orthogonal directions of a growing and shrinking set of columns, by their Gram matrix alone.
+#![expect(non_snake_case, reason = "the Gram matrix is N'N everywhere, its factor D")]
 
-use super::linear::{add_scaled, close_gap, dot_of};
+use super::linear::{add_scaled, close_gap, dot, dot_of};
 use super::{Real, precision};
 
-/// L D L' = N'N for a matrix N of at most `NV` independent columns; L is unit lower triangular, D positive.
+/// M N'N M' = D for a matrix N of at most `NV` independent columns; M is unit lower triangular, D diagonal and positive.
 ///
-/// Columns are appended and removed without factoring anew: O(len^2) each. What lies on and above L's diagonal, and
-/// beyond the columns there are, is left over from before and never read.
+/// M is the inverse of the factor L of N'N = L D L'. Row k of N M' is what column k has beside the span of the columns
+/// before it, so that the coefficients of a new column over the others are minus the row of M that appends it. Products
+/// with M and M' wait for nothing, where substitutions in L wait for every entry before.
+///
+/// Columns are appended and removed without factoring anew: O(len^2) each. Entries of M and D^-1 beyond the columns there
+/// are, and above M's diagonal, are zero.
 #[derive(Debug, Clone)]
 pub struct Factor<const NV: usize> {
-    L: [[Real; NV]; NV],
+    M: [[Real; NV]; NV],
     D: [Real; NV],
     /// 1 / D.
     inverse: [Real; NV],
     len: usize,
 }
 
-/// What appending a column would append: its row of L, and its squared distance from the span of the others.
+/// What appending a column would append.
 #[derive(Debug, Clone, Copy)]
 pub struct Column<const NV: usize> {
-    pub row: [Real; NV],
+    /// Its coefficients over the columns there are: of the one nearest to it in their span. Zero beyond them.
+    pub combination: [Real; NV],
+    /// Its squared distance from that span.
     pub pivot: Real,
 }
 
+/// Of so few columns, sums over all places are unrolled.
+const UNROLLED: usize = 8;
+
 impl<const NV: usize> Factor<NV> {
     /// The factor of the matrix without columns.
-    pub const EMPTY: Self = Self { L: [[0.0; NV]; NV], D: [0.0; NV], inverse: [0.0; NV], len: 0 };
+    pub const EMPTY: Self = Self { M: [[0.0; NV]; NV], D: [0.0; NV], inverse: [0.0; NV], len: 0 };
 
     /// Forgets all columns.
+    #[inline]
     pub fn clear(&mut self) {
         self.len = 0;
     }
 
-    /// Solves L D L' x = b in place; entries beyond the columns are left alone.
-    pub fn solve(&self, b: &mut [Real; NV]) {
-        self.forward(b);
-        for (value, inverse) in b.iter_mut().zip(&self.inverse).take(self.len) {
-            *value *= inverse;
+    /// The solution of N'N x = b; entries of b beyond the columns do not count.
+    #[inline(always)]
+    pub fn solve(&self, b: &[Real; NV]) -> [Real; NV] {
+        let mut x = [0.0; NV];
+        self.substitute(b, &mut x);
+        x
+    }
+
+    /// Adds the solution to x.
+    #[inline(never)]
+    pub fn solve_into(&self, b: &[Real; NV], x: &mut [Real; NV]) {
+        self.substitute(b, x);
+    }
+
+    /// x += M' D^-1 M b, and b' x. Out of line and in place: an array that is returned is copied
+    /// while parts of it are still on their way to memory.
+    #[inline(always)]
+    fn substitute(&self, b: &[Real; NV], x: &mut [Real; NV]) -> Real {
+        let mut square = 0.0;
+        for ((i, row), inverse) in self.M.iter().enumerate().zip(&self.inverse).take(self.len) {
+            let along = Self::product(row, b, i + 1);
+            square += along * inverse * along;
+            add_scaled(Self::part(x, i + 1), inverse * along, row);
         }
-        self.backward(b);
+        square
     }
 
     /// `products` are the inner products of the new column with those there are, `square` that with itself.
+    #[inline(always)]
     pub fn column(&self, products: &[Real; NV], square: Real) -> Column<NV> {
-        let mut row = *products;
-        self.forward(&mut row);
-        let mut pivot = square;
-        for (value, inverse) in row.iter_mut().zip(&self.inverse).take(self.len) {
-            let scaled = *value * inverse;
-            pivot -= *value * scaled;
-            *value = scaled;
-        }
-        Column { row, pivot }
-    }
-
-    /// The coefficients over the columns there are of the one nearest to `column` in their span.
-    pub fn combination(&self, column: &Column<NV>) -> [Real; NV] {
-        let mut coefficients = column.row;
-        self.backward(&mut coefficients);
-        coefficients
+        let mut column = Column { combination: [0.0; NV], pivot: square };
+        column.pivot -= self.substitute(products, &mut column.combination);
+        column
     }
 
     /// Appends a column with `pivot` > 0. Does nothing when all `NV` places are taken.
+    #[inline]
     pub fn push(&mut self, column: &Column<NV>) {
-        let places = (self.L.get_mut(self.len), self.D.get_mut(self.len), self.inverse.get_mut(self.len));
-        if let (Some(l), Some(d), Some(inverse)) = places {
-            *l = column.row;
+        let places = (self.M.get_mut(self.len), self.D.get_mut(self.len), self.inverse.get_mut(self.len));
+        if let (Some(row), Some(d), Some(inverse)) = places {
+            for (entry, coefficient) in row.iter_mut().zip(&column.combination) {
+                *entry = -coefficient;
+            }
+            if let Some(diagonal) = row.get_mut(self.len) {
+                *diagonal = 1.0;
+            }
             *d = column.pivot;
             *inverse = 1.0 / column.pivot;
             self.len += 1;
@@ -84,68 +106,52 @@ impl<const NV: usize> Factor<NV> {
         independent
     }
 
-    /// Removes column `at`.
+    /// Removes column `at`: what its direction has in common with each later one is rotated into that, and the rest, which
+    /// alone contains column `at`, is dropped.
     pub fn remove(&mut self, at: usize) {
-        let Some(&removed) = self.D.get(at) else { return };
         let len = self.len;
-        let mut column = [0.0; NV];
-        for (value, row) in column.iter_mut().zip(&self.L).take(len).skip(at + 1) {
-            *value = row.get(at).copied().unwrap_or(0.0);
-        }
-        close_gap(&mut column, at);
-        close_gap(self.D.get_mut(..len).unwrap_or_default(), at);
-        close_gap(self.inverse.get_mut(..len).unwrap_or_default(), at);
-        close_gap(self.L.get_mut(..len).unwrap_or_default(), at);
-        for row in self.L.iter_mut().take(len).skip(at) {
-            close_gap(row.get_mut(..len).unwrap_or_default(), at);
+        let mut rows = self.M.iter_mut().zip(self.D.iter_mut().zip(&mut self.inverse)).take(len).skip(at);
+        let Some((mut hole, (mut d_hole, mut inverse_hole))) = rows.next() else { return };
+        let (mut carried, mut square) = (*hole, *d_hole);
+        for (row, (d, inverse)) in rows {
+            let (along, share) = (entry(row, at), entry(&carried, at));
+            let out = along / share;
+            let back = out * square * *inverse;
+            for (entry, kept) in Self::part(row, len).iter_mut().zip(&mut carried) {
+                let before = *entry;
+                *entry -= out * *kept;
+                *kept += back * before;
+            }
+            *d_hole = *d + out * out * square;
+            *inverse_hole = 1.0 / *d_hole;
+            square += back * back * *d;
+            *hole = *row;
+            let places = Self::part(hole, len);
+            close_gap(places, at);
+            if let Some(last) = places.last_mut() {
+                *last = 0.0;
+            }
+            (hole, d_hole, inverse_hole) = (row, d, inverse);
         }
         self.len = len.saturating_sub(1);
-        self.add_outer(at, removed, column);
     }
 
-    /// b := L^-1 b.
-    #[inline]
-    fn forward(&self, b: &mut [Real; NV]) {
-        for (i, row) in self.L.iter().enumerate().take(self.len) {
-            if let Some((done, rest)) = b.split_at_mut_checked(i)
-                && let Some(value) = rest.first_mut()
-            {
-                *value -= dot_of(row, done);
-            }
-        }
+    /// The first `len` entries, or all of so few that the length is worth knowing beforehand.
+    #[inline(always)]
+    fn part(values: &mut [Real; NV], len: usize) -> &mut [Real] {
+        if NV <= UNROLLED { values } else { values.get_mut(..len).unwrap_or_default() }
     }
 
-    /// b := L^-T b.
-    #[inline]
-    fn backward(&self, b: &mut [Real; NV]) {
-        for (i, row) in self.L.iter().enumerate().take(self.len).rev() {
-            if let Some((earlier, rest)) = b.split_at_mut_checked(i) {
-                add_scaled(earlier, -rest.first().copied().unwrap_or(0.0), row);
-            }
-        }
+    /// Inner product over the first `len` entries; beyond them, those of `row` are zero.
+    #[inline(always)]
+    fn product(row: &[Real; NV], values: &[Real; NV], len: usize) -> Real {
+        if NV <= UNROLLED { dot(row, values) } else { dot_of(row.get(..len).unwrap_or_default(), values) }
     }
+}
 
-    /// L D L' += weight a a', where only entries of `a` from `from` on count (Gill, Golub, Murray and Saunders,
-    /// "Methods for modifying matrix factorizations", 1974, method C1).
-    fn add_outer(&mut self, from: usize, weight: Real, mut a: [Real; NV]) {
-        let mut weight = weight;
-        for c in from..self.len {
-            let (Some(&p), Some(d), Some(inverse)) = (a.get(c), self.D.get_mut(c), self.inverse.get_mut(c)) else {
-                return;
-            };
-            let sum = *d + weight * p * p;
-            *inverse = 1.0 / sum;
-            let beta = weight * p * *inverse;
-            weight *= *d * *inverse;
-            *d = sum;
-            for (row, a) in self.L.iter_mut().zip(&mut a).take(self.len).skip(c + 1) {
-                if let Some(l) = row.get_mut(c) {
-                    *a -= p * *l;
-                    *l += beta * *a;
-                }
-            }
-        }
-    }
+#[inline(always)]
+fn entry<const NV: usize>(row: &[Real; NV], at: usize) -> Real {
+    row.get(at).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]
@@ -180,8 +186,7 @@ mod tests {
                 len += 1;
             }
             let b: [Real; 6] = core::array::from_fn(|_| uniform());
-            let mut x = b;
-            factor.solve(&mut x);
+            let x = factor.solve(&b);
             for i in 0..len {
                 let left = (0..len).fold(0.0, |sum, j| sum + dot(&columns[i], &columns[j]) * x[j]);
                 let size = (0..len).fold(1.0, |size: Real, j| size.max(x[j].abs()));

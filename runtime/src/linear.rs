@@ -75,9 +75,26 @@ pub fn finite(values: &[Real]) -> bool {
 }
 
 /// Largest magnitude; 0 of nothing. What is not a number is passed over.
-#[inline]
+#[inline(always)]
 pub fn largest(values: &[Real]) -> Real {
-    values.iter().fold(0.0, |largest, value| larger(value.abs(), largest))
+    most(values, 0.0, |value| value.abs())
+}
+
+/// The largest of what `of` makes of the values, if it is above `least`, several at a time. What is not a number is passed over.
+#[inline(always)]
+pub fn most(values: &[Real], least: Real, of: impl Fn(Real) -> Real) -> Real {
+    let (quads, rest) = values.as_chunks::<4>();
+    let mut lanes = [least; 4];
+    for quad in quads {
+        for (lane, value) in lanes.iter_mut().zip(quad) {
+            *lane = larger(of(*value), *lane);
+        }
+    }
+    for (lane, value) in lanes.iter_mut().zip(rest) {
+        *lane = larger(of(*value), *lane);
+    }
+    let [a, b, c, d] = lanes;
+    larger(larger(a, b), larger(c, d))
 }
 
 /// The larger of two numbers, the second where one is none; one instruction, where `f64::max` is several.

@@ -1,14 +1,16 @@
 //! The i-DPC problem (33)-(36) for the parameters of one step.
 
-use super::linear::{add, dot, dot_of, finite, larger, largest, shift_in, subtract, times};
-use super::solver::{Glance, Row, Rows, Side, TOLERANCE, WorkingSet};
+use super::linear::{add, add_scaled, dot, dot_of, finite, larger, largest, shift_in, subtract, times};
+use super::solver::{Glance, Row, Rows, Side, TOLERANCE, WorkingSet, Worst};
 use super::tables::{Bounds, DpcProblem, Model, StageRow};
 use super::{Real, precision};
 
 /// A forecast is refuted by more than rounding.
 const CREDIBLE: Real = 1.0 + precision::KEPT;
 
-/// What a glance by simulation overlooks, relative to a bounded entry plus the largest |w_k|: its rounding errors.
+/// What a glance by simulation overlooks, relative to a bounded entry plus the largest |w_k|: its rounding errors. The terminal
+/// cost makes `next` contract, so that the error of a stage is a few dozen roundings of entries of w, times the norm of a row of T;
+/// this is some thousands.
 const OVERLOOKED: Real = precision::SUMS;
 
 /// [`DpcProblem`] for one measured state and one reference trajectory.
@@ -28,10 +30,9 @@ pub struct Instance<
     e: &'a [Real; NX],
     x_ref: &'a [[Real; NX]; N],
     u_ref: &'a [[Real; NU]; N],
-    /// Limits and offsets of the tube rows.
-    lower: [Real; NT],
-    upper: [Real; NT],
-    offset: [Real; NT],
+    /// Limits less offsets: of the tube rows where violated rows are looked for by simulation, else of all.
+    lower: [Real; NR],
+    upper: [Real; NR],
 }
 
 /// A trajectory of the nominal deviations dx_k = xhat_k - xref_k, du_k = uhat_k - uref_k over the horizon.
@@ -59,12 +60,25 @@ impl<
         x_ref: &'a [[Real; NX]; N],
         u_ref: &'a [[Real; NU]; N],
     ) -> Instance<'a, NX, NU, N, NV, NR, NT, NS, NQ> {
-        let (mut lower, mut upper) = ([Real::NEG_INFINITY; NT], [Real::INFINITY; NT]);
-        lower.iter_mut().zip(&self.lower).for_each(|(place, limit)| *place = *limit);
-        upper.iter_mut().zip(&self.upper).for_each(|(place, limit)| *place = *limit);
-        let mut offset = [0.0; NT];
-        offset.iter_mut().zip(&self.tube).for_each(|(place, row)| *place = dot(row, e));
-        Instance { problem: self, e, x_ref, u_ref, lower, upper, offset }
+        let mut instance = Instance { problem: self, e, x_ref, u_ref, lower: [0.0; NR], upper: [0.0; NR] };
+        let places = instance.lower.iter_mut().zip(&mut instance.upper);
+        let mut limits = places.zip(self.lower.iter().zip(&self.upper));
+        let put = |((lower, upper), (low, high)): ((&mut Real, &mut Real), (&Real, &Real)), offset: Real| {
+            (*lower, *upper) = (low - offset, high - offset);
+        };
+        self.tube.iter().zip(limits.by_ref()).for_each(|(row, limits)| put(limits, dot(row, e)));
+        if !self.by_stages() {
+            self.state.iter().zip(limits.by_ref()).for_each(|(row, limits)| put(limits, row.offset(x_ref)));
+            self.input.iter().zip(limits.by_ref()).for_each(|(row, limits)| put(limits, row.offset(u_ref)));
+            limits.for_each(|limits| put(limits, 0.0));
+        }
+        instance
+    }
+
+    /// Whether violated rows are looked for by simulation.
+    #[inline(always)]
+    fn by_stages(&self) -> bool {
+        NV > SHORT && self.staged && self.boxed
     }
 
     /// [`Instance::rests`] of the problem for these parameters, without making it.
@@ -120,10 +134,11 @@ impl<
         let relied = innovation.is_some();
         let innovation = innovation.unwrap_or([0.0; NT]);
         let limits = instance.lower.iter_mut().zip(instance.upper.iter_mut());
-        for ((lower, upper), (noise, i)) in limits.zip(noise.iter().zip(&innovation)) {
-            let room = (*upper - noise).max(0.0);
-            *lower = i.min(-room);
-            *upper = i.max(room);
+        let rows = self.tube.iter().zip(&self.upper).zip(noise.iter().zip(&innovation));
+        for ((lower, upper), ((row, q), (noise, i))) in limits.zip(rows) {
+            let (room, offset) = ((q - noise).max(0.0), dot(row, instance.e));
+            *lower = i.min(-room) - offset;
+            *upper = i.max(room) - offset;
         }
         relied
     }
@@ -163,9 +178,9 @@ impl<
     }
 
     /// The rows of a solution that ask the same at the next step.
-    pub fn shifted(&self, active: &WorkingSet<NV>) -> WorkingSet<NV> {
+    pub fn shifted(&self, active: impl Iterator<Item = (usize, Side)>) -> WorkingSet<NV> {
         let mut next = WorkingSet::EMPTY;
-        for (row, side) in active.iter() {
+        for (row, side) in active {
             match self.shift.get(row) {
                 Some(&to) if usize::from(to) < NR => next.push(usize::from(to), side),
                 _ => false,
@@ -207,13 +222,24 @@ impl<
 {
     /// Whether w = 0 satisfies every row, and therefore is optimal: xhat = xref and uhat = uref.
     pub fn rests(&self) -> bool {
-        between(&self.lower, &self.offset, &self.upper) & self.problem.references_rest(self.x_ref, self.u_ref)
+        if self.problem.by_stages() {
+            let tube = |limits: &[Real; NR]| limits.first_chunk().copied().unwrap_or([0.0; NT]);
+            around_zero(&tube(&self.lower), &tube(&self.upper)) & self.problem.references_rest(self.x_ref, self.u_ref)
+        } else {
+            around_zero(&self.lower, &self.upper)
+        }
     }
 
     /// Whether every parameter is a number whose products do not overflow. A solver cannot be asked otherwise.
     pub fn is_finite(&self) -> bool {
         let small = |values: &[Real]| values.iter().fold(true, |small, value| small & (value.abs() < LARGEST));
         small(self.e) & small(self.x_ref.as_flattened()) & small(self.u_ref.as_flattened())
+    }
+
+    /// [`Self::admits`] of a plan.
+    #[inline(never)]
+    pub fn admits_plan(&self, plan: &Plan<NX, NU, N>, tolerance: Real) -> bool {
+        self.admits(&self.problem.unknowns(plan), tolerance)
     }
 
     /// Whether `w` is finite and violates no row by more than `tolerance` times (the row's scale + the largest |w_k|).
@@ -226,26 +252,26 @@ impl<
         finite(w) && self.iter().all(satisfied)
     }
 
-    /// What makes the constraint of row `index` one on deviations; `None` past the last row.
+    /// What makes the constraint of row `index` past the tube rows one on deviations.
     #[inline]
     fn offset(&self, index: usize) -> Option<Real> {
-        if index < NT {
-            self.offset.get(index).copied()
-        } else if index < NT + NS {
-            self.problem.state.get(index.wrapping_sub(NT)).map(|row| row.offset(self.x_ref))
-        } else if index < NT + NS + NQ {
-            self.problem.input.get(index.wrapping_sub(NT + NS)).map(|row| row.offset(self.u_ref))
+        let index = index.wrapping_sub(NT);
+        if index < NS {
+            self.problem.state.get(index).map(|row| row.offset(self.x_ref))
         } else {
-            (index < NR).then_some(0.0)
+            let input = self.problem.input.get(index.wrapping_sub(NS));
+            Some(input.map_or(0.0, |row| row.offset(self.u_ref)))
         }
     }
 
+    /// The limits of row `index`, less its offset.
     #[inline]
     fn limits(&self, index: usize) -> Option<(Real, Real)> {
-        match (self.lower.get(index), self.upper.get(index)) {
-            (Some(lower), Some(upper)) => Some((*lower, *upper)),
-            _ => Some((*self.problem.lower.get(index)?, *self.problem.upper.get(index)?)),
+        if index < NT || !self.problem.by_stages() {
+            return Some((*self.lower.get(index)?, *self.upper.get(index)?));
         }
+        let offset = self.offset(index)?;
+        Some((*self.problem.lower.get(index)? - offset, *self.problem.upper.get(index)? - offset))
     }
 }
 
@@ -266,9 +292,10 @@ impl<
 
     #[inline]
     fn get(&self, index: usize) -> Option<Row<'_>> {
-        let ((lower, upper), offset) = (self.limits(index)?, self.offset(index)?);
-        let scale = finite_or_zero(lower).max(finite_or_zero(upper));
-        Some(Row { normal: self.normal(index), lower: lower - offset, upper: upper - offset, scale })
+        let (lower, upper) = self.limits(index)?;
+        let scale =
+            larger(finite_or_zero(*self.problem.lower.get(index)?), finite_or_zero(*self.problem.upper.get(index)?));
+        Some(Row { normal: self.normal(index), lower, upper, scale })
     }
 
     #[inline]
@@ -279,8 +306,19 @@ impl<
         reduced(row, *extent)
     }
 
-    fn glance(&self, w: &[Real; NV]) -> Option<Glance> {
-        Some(if self.problem.staged && self.problem.boxed { self.look(w) } else { self.look_by_rows(w) })
+    #[inline]
+    fn glance(&self, w: &[Real; NV], size: Real) -> Option<Glance> {
+        self.problem.by_stages().then(|| self.look(w, size))
+    }
+
+    #[inline]
+    fn worst(&self, w: &[Real; NV], size: Real, sum: impl Iterator<Item = (usize, Real)>) -> Worst {
+        if self.problem.by_stages() { Worst::Unknown } else { self.look_by_rows(w, size, sum) }
+    }
+
+    #[inline]
+    fn products(&self, index: usize) -> Option<&[Real]> {
+        self.problem.gram.get(index).map(<[Real; NR]>::as_slice)
     }
 }
 
@@ -299,13 +337,13 @@ impl<
 > Instance<'_, NX, NU, N, NV, NR, NT, NS, NQ>
 {
     /// The row violated by the largest distance, by simulation.
-    fn look(&self, w: &[Real; NV]) -> Glance {
+    fn look(&self, w: &[Real; NV], size: Real) -> Glance {
         let problem = self.problem;
-        let mut worst = Worst::new(OVERLOOKED, w);
+        let mut worst = Finds::new(OVERLOOKED, size);
         let dx = problem.start(w);
-        let tube = problem.tube.iter().zip(&self.offset).zip(self.lower.iter().zip(&self.upper));
-        for (row, ((tube, offset), (lower, upper))) in tube.enumerate() {
-            worst.see(row, offset - dot(tube, &dx), *lower, *upper);
+        let tube = problem.tube.iter().zip(self.lower.iter().zip(&self.upper));
+        for (row, (tube, (lower, upper))) in tube.enumerate() {
+            worst.see(row, -dot(tube, &dx), *lower, *upper);
         }
         let mut stages = (0..N).zip(self.x_ref.iter().zip(self.u_ref));
         let end = problem.simulate(w, |dx, du| {
@@ -326,25 +364,54 @@ impl<
         worst.found
     }
 
-    /// The same by the rows of V.
-    fn look_by_rows(&self, w: &[Real; NV]) -> Glance {
+    /// The same by the rows of V, or by the Gram matrix for w = V' sum.
+    #[inline]
+    fn look_by_rows(&self, w: &[Real; NV], size: Real, sum: impl Iterator<Item = (usize, Real)>) -> Worst {
         let problem = self.problem;
         let mut values = [0.0; NR];
-        for (value, (row, extent)) in values.iter_mut().zip(problem.V.iter().zip(&problem.extent)) {
-            *value = product(row, *extent, w);
+        if problem.gram.is_empty() {
+            for (value, (row, extent)) in values.iter_mut().zip(problem.V.iter().zip(&problem.extent)) {
+                *value = product(row, *extent, w);
+            }
+        } else {
+            sum.filter_map(|(row, coefficient)| Some((problem.gram.get(row)?, coefficient)))
+                .for_each(|(column, coefficient)| spread(&mut values, coefficient, column));
         }
-        values.iter_mut().zip(&self.offset).for_each(|(value, offset)| *value += offset);
-        let states = values.get_mut(NT..).unwrap_or_default().iter_mut().zip(&problem.state);
-        states.for_each(|(value, row)| *value += row.offset(self.x_ref));
-        let inputs = values.get_mut(NT + NS..).unwrap_or_default().iter_mut().zip(&problem.input);
-        inputs.for_each(|(value, row)| *value += row.offset(self.u_ref));
-        let mut worst = Worst::new(TOLERANCE, w);
-        let (tube, others) = values.split_at_checked(NT).unwrap_or_default();
-        worst.see_all(0, tube, &self.lower, &self.upper);
-        let (lower, upper) = (problem.lower.get(NT..), problem.upper.get(NT..));
-        worst.see_all(NT, others, lower.unwrap_or_default(), upper.unwrap_or_default());
-        worst.found
+        let kept = 0.5 * TOLERANCE * size;
+        let worst = worst_of(&values, &self.lower, &self.upper, kept);
+        if worst <= kept {
+            return Worst::Kept;
+        }
+        let mut rows = values.iter().zip(self.lower.iter().zip(&self.upper)).enumerate();
+        let found = rows.find_map(|(row, (value, (lower, upper)))| {
+            let side = if value < lower { Side::Lower } else { Side::Upper };
+            (larger(lower - value, value - upper) >= worst).then_some((row, side))
+        });
+        found.map_or(Worst::Unknown, |(row, side)| Worst::Row(row, side))
     }
+}
+
+/// values += coefficient column. Out of line, so that the values are kept in memory: in registers they would be one by one.
+#[inline(never)]
+fn spread<const NR: usize>(values: &mut [Real; NR], coefficient: Real, column: &[Real; NR]) {
+    add_scaled(values, coefficient, column);
+}
+
+/// How far the worst of the values is beyond its limits, if by more than `least`.
+#[inline(never)]
+fn worst_of<const NR: usize>(values: &[Real; NR], lower: &[Real; NR], upper: &[Real; NR], least: Real) -> Real {
+    let (quads, rest) = values.as_chunks::<4>();
+    let ((lower, lower_rest), (upper, upper_rest)) = (lower.as_chunks::<4>(), upper.as_chunks::<4>());
+    let beyond = |(value, (lower, upper)): (&Real, (&Real, &Real))| larger(lower - value, value - upper);
+    let mut lanes = [least; 4];
+    for (values, (lower, upper)) in quads.iter().zip(lower.iter().zip(upper)) {
+        let rows = values.iter().zip(lower.iter().zip(upper));
+        lanes.iter_mut().zip(rows).for_each(|(lane, row)| *lane = larger(beyond(row), *lane));
+    }
+    let rows = rest.iter().zip(lower_rest.iter().zip(upper_rest));
+    lanes.iter_mut().zip(rows).for_each(|(lane, row)| *lane = larger(beyond(row), *lane));
+    let [a, b, c, d] = lanes;
+    larger(larger(a, b), larger(c, d))
 }
 
 #[inline(always)]
@@ -359,30 +426,16 @@ fn reduced<const NV: usize>(row: &[Real; NV], extent: u16) -> &[Real] {
 }
 
 /// The worst row so far: how far beyond its limit it is, less what is overlooked, relative to the value of the row.
-struct Worst {
+struct Finds {
     overlooked: Real,
     excess: Real,
     found: Glance,
 }
 
-impl Worst {
-    /// Rows `first`, ...: without a branch per row where none of them is worse, several at a time.
+impl Finds {
     #[inline]
-    fn see_all(&mut self, first: usize, values: &[Real], lower: &[Real], upper: &[Real]) {
-        let rows = || values.iter().zip(lower.iter().zip(upper));
-        let excess = |(value, (lower, upper)): (&Real, (&Real, &Real))| {
-            larger(lower - value, value - upper) - self.overlooked * value.abs()
-        };
-        if rows().map(excess).fold(self.excess, |most, excess| larger(excess, most)) > self.excess {
-            rows().enumerate().for_each(|(k, (value, (lower, upper)))| {
-                self.see(first.wrapping_add(k), *value, *lower, *upper);
-            });
-        }
-    }
-
-    #[inline]
-    fn new(overlooked: Real, w: &[Real]) -> Self {
-        Self { overlooked, excess: overlooked * largest(w), found: Glance::NOTHING }
+    fn new(overlooked: Real, size: Real) -> Self {
+        Self { overlooked, excess: overlooked * size, found: Glance::NOTHING }
     }
 
     #[inline]
@@ -416,7 +469,7 @@ impl<const COUNT: usize, const N: usize> Bounds<COUNT, N> {
     }
 
     #[inline]
-    fn look(&self, k: usize, values: &[Real; COUNT], worst: &mut Worst) {
+    fn look(&self, k: usize, values: &[Real; COUNT], worst: &mut Finds) {
         let excess = self.excess(k, values, worst.overlooked);
         if excess.iter().fold(Real::NEG_INFINITY, |most, excess| larger(*excess, most)) > worst.excess {
             self.find(k, values, &excess, worst);
@@ -424,7 +477,7 @@ impl<const COUNT: usize, const N: usize> Bounds<COUNT, N> {
     }
 
     #[inline(never)]
-    fn find(&self, k: usize, values: &[Real; COUNT], excess: &[Real; COUNT], worst: &mut Worst) {
+    fn find(&self, k: usize, values: &[Real; COUNT], excess: &[Real; COUNT], worst: &mut Finds) {
         let (Some(low), Some(unit), Some(row)) = (self.low.get(k), self.unit.get(k), self.row.get(k)) else { return };
         for ((value, excess), ((low, unit), row)) in values.iter().zip(excess).zip(low.iter().zip(unit).zip(row)) {
             if *excess > worst.excess {
@@ -483,6 +536,12 @@ fn between(low: &[Real], values: &[Real], high: &[Real]) -> bool {
     values.iter().zip(low.iter().zip(high)).fold(true, |inside, (x, (low, high))| inside & (low <= x) & (x <= high))
 }
 
+/// Whether zero lies between all limits.
+#[inline]
+fn around_zero(lower: &[Real], upper: &[Real]) -> bool {
+    lower.iter().zip(upper).fold(true, |around, (lower, upper)| around & (*lower <= 0.0) & (0.0 <= *upper))
+}
+
 /// Its square, times any number of rows, is finite.
 const LARGEST: Real = precision::LARGEST;
 
@@ -495,11 +554,12 @@ mod tests {
     #![expect(non_snake_case, reason = "the paper's symbols")]
 
     use super::super::Real;
-    use super::super::solver::{Glance, Rows, Side};
+    use super::super::solver::{Glance, Rows, Side, Worst};
     use super::super::tables::{Bounds, DpcProblem, NO_ROW, Stage, StageRow};
     use super::Plan;
 
-    type Problem = DpcProblem<2, 2, 2, 6, 5, 1, 1, 1>;
+    /// More unknowns than are looked at by rows in any case.
+    type Problem = DpcProblem<2, 2, 4, 10, 5, 1, 1, 1>;
 
     fn stage() -> Stage<2, 2> {
         let (gain, spread) = ([[-0.3, 0.1], [0.2, -0.4]], [[2.0, 0.5], [0.0, 1.5]]);
@@ -507,15 +567,16 @@ mod tests {
         Stage { next, drive, gain, spread }
     }
 
-    /// Two states, two inputs, two stages; a row of each kind, the last of (36).
+    /// Two states, two inputs, four stages; a row of each kind, the last of (36).
     fn problem() -> Problem {
-        let mut V = [[0.0; 6]; 5];
+        let mut V = [[0.0; 10]; 5];
         for (k, row) in V.iter_mut().enumerate() {
             row[k] = 1.0;
         }
         DpcProblem {
             V,
-            extent: [6; 5],
+            gram: &[],
+            extent: [10; 5],
             lower: [-1.0; 5],
             upper: [1.0, 1.0, 1.0, Real::INFINITY, 1.0],
             tube: [[1.0, 2.0]],
@@ -524,7 +585,7 @@ mod tests {
             terminal: &[[1.0, 1.0]],
             shift: [0, NO_ROW, NO_ROW, NO_ROW, 4],
             root: [[2.0, 1.0], [0.0, 3.0]],
-            stages: [stage(), stage()],
+            stages: [stage(), stage(), stage(), stage()],
             x: Bounds::NONE,
             u: Bounds::NONE,
             boxed: false,
@@ -542,12 +603,17 @@ mod tests {
         Problem { boxed: true, staged: true, ..problem }
     }
 
-    const REST: [[Real; 2]; 2] = [[0.0; 2]; 2];
+    const REST: [[Real; 2]; 4] = [[0.0; 2]; 4];
+
+    /// Parameters of the first two stages; those of the others do not matter.
+    fn window(first: [Real; 2], second: [Real; 2]) -> [[Real; 2]; 4] {
+        [first, second, [9.0; 2], [9.0; 2]]
+    }
 
     #[test]
     fn unknowns_are_those_of_the_plan() {
-        let plan = Plan { dx: [1.0, -2.0], du: [[3.0, 0.5], [-1.5, 4.0]] };
-        let back: Plan<2, 2, 2> = problem().plan(&problem().unknowns(&plan));
+        let plan = Plan { dx: [1.0, -2.0], du: [[3.0, 0.5], [-1.5, 4.0], [2.0, 0.25], [-1.0, 1.0]] };
+        let back: Plan<2, 2, 4> = problem().plan(&problem().unknowns(&plan));
         for (a, b) in back.dx.iter().chain(back.du.iter().flatten()).zip(plan.dx.iter().chain(plan.du.iter().flatten()))
         {
             assert!((a - b).abs() < 1e4 * Real::EPSILON);
@@ -561,31 +627,33 @@ mod tests {
         let rests = |forecast: Option<&[Real; 2]>| {
             let mut instance = problem.at(&e, &REST, &REST);
             problem.doubt(&mut instance, &[0.25], forecast);
-            (instance.lower[0], instance.upper[0], instance.rests())
+            // The offset is 0.8.
+            let limits = [instance.lower[0], instance.upper[0]].map(|limit| (100.0 * (limit + 0.8)).round() / 100.0);
+            (limits, instance.rests())
         };
-        assert_eq!(rests(None), (-0.75, 0.75, false));
-        assert_eq!(rests(Some(&[0.0, 0.0])), (-0.75, 0.8, true));
-        assert_eq!(rests(Some(&[2.0, 0.0])), (-1.2, 0.75, false), "1.2 apart, 1.25 are possible");
-        assert_eq!(rests(Some(&[2.1, 0.0])), (-0.75, 0.75, false), "1.3 apart: the forecast is refuted");
+        assert_eq!(rests(None), ([-0.75, 0.75], false));
+        assert_eq!(rests(Some(&[0.0, 0.0])), ([-0.75, 0.8], true));
+        assert_eq!(rests(Some(&[2.0, 0.0])), ([-1.2, 0.75], false), "1.2 apart, 1.25 are possible");
+        assert_eq!(rests(Some(&[2.1, 0.0])), ([-0.75, 0.75], false), "1.3 apart: the forecast is refuted");
     }
 
     #[test]
     fn offsets_come_from_the_stage_of_the_row() {
         let problem = problem();
-        let (x_ref, u_ref) = ([[9.0, 9.0], [0.01, 0.02]], [[0.03, 0.04], [9.0, 9.0]]);
+        let (x_ref, u_ref) = (window([9.0, 9.0], [0.01, 0.02]), window([0.03, 0.04], [9.0, 9.0]));
         let e = [0.1, 0.2];
         let instance = problem.at(&e, &x_ref, &u_ref);
         for (index, expected) in [0.5, 0.03, -0.2, 0.0, 0.0].into_iter().enumerate() {
             let row = instance.get(index).unwrap();
-            assert!((row.lower + 1.0 + expected).abs() < 4.0 * Real::EPSILON && row.normal.len() == 6);
+            assert!((row.lower + 1.0 + expected).abs() < 4.0 * Real::EPSILON && row.normal.len() == 10);
         }
         assert!(instance.get(5).is_none() && instance.iter().count() == 5);
         assert!(instance.rests() && instance.is_finite());
-        assert!(instance.admits(&[0.5, 0.97, 1.2, 1e9, 0.0, 0.0], 1e-9));
-        assert!(!instance.admits(&[0.6, 0.0, 0.0, 0.0, 0.0, 0.0], 1e-9));
-        assert!(!instance.admits(&[0.0, 0.0, 0.0, -1.1, 0.0, 0.0], 1e-9));
-        assert!(!instance.admits(&[0.0, 0.0, 0.0, Real::INFINITY, 0.0, 0.0], 1e-9));
-        assert!(!instance.admits(&[0.0, 0.0, 0.0, 0.0, 0.0, Real::NAN], 1e-9));
+        assert!(instance.admits(&full([0.5, 0.97, 1.2, 1e9, 0.0, 0.0]), 1e-9));
+        assert!(!instance.admits(&full([0.6, 0.0, 0.0, 0.0, 0.0, 0.0]), 1e-9));
+        assert!(!instance.admits(&full([0.0, 0.0, 0.0, -1.1, 0.0, 0.0]), 1e-9));
+        assert!(!instance.admits(&full([0.0, 0.0, 0.0, Real::INFINITY, 0.0, 0.0]), 1e-9));
+        assert!(!instance.admits(&full([0.0, 0.0, 0.0, 0.0, 0.0, Real::NAN]), 1e-9));
         for (e, finite) in [([1.0, 0.2], true), ([Real::NAN, 0.0], false), ([Real::MAX, Real::MAX], false)] {
             let instance = problem.at(&e, &REST, &REST);
             assert_eq!((instance.rests(), instance.is_finite()), (false, finite));
@@ -597,7 +665,7 @@ mod tests {
         let (rows, bounds) = (problem(), staged());
         for x in [-0.34, -0.33, 0.0, 0.33, 0.34] {
             for u in [-0.21, -0.19, 0.19, 0.21, Real::NAN] {
-                let (x_ref, u_ref) = ([[9.0, 9.0], [x, 9.0]], [[9.0, u], [9.0, 9.0]]);
+                let (x_ref, u_ref) = (window([9.0, 9.0], [x, 9.0]), window([9.0, u], [9.0, 9.0]));
                 for (problem, e) in [(&rows, 0.0), (&bounds, 0.0), (&rows, 0.6), (&bounds, 0.6)] {
                     let rests = problem.rests(&[0.0, e], &x_ref, &u_ref);
                     assert_eq!(rests, x.abs() < 0.335 && u.abs() < 0.2 && e < 0.5);
@@ -605,6 +673,20 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Of rows at right angles.
+    static GRAM: [[Real; 5]; 5] = [
+        [1.0, 0.0, 0.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0, 0.0, 0.0],
+        [0.0, 0.0, 1.0, 0.0, 0.0],
+        [0.0, 0.0, 0.0, 1.0, 0.0],
+        [0.0, 0.0, 0.0, 0.0, 1.0],
+    ];
+
+    /// The first unknowns, and zeros.
+    fn full(first: [Real; 6]) -> [Real; 10] {
+        core::array::from_fn(|k| first.get(k).copied().unwrap_or(0.0))
     }
 
     /// The worst row that was found.
@@ -617,8 +699,8 @@ mod tests {
     fn a_glance_finds_the_row_that_is_violated_most() {
         let problem = staged();
         let look = |e: Real, x: Real, u: Real, w: [Real; 6]| {
-            let (e, x_ref, u_ref) = ([e, 0.0], [[9.0, 9.0], [x, 9.0]], [[9.0, u], [9.0, 9.0]]);
-            last(problem.at(&e, &x_ref, &u_ref).glance(&w))
+            let (e, x_ref, u_ref) = ([e, 0.0], window([9.0, 9.0], [x, 9.0]), window([9.0, u], [9.0, 9.0]));
+            last(problem.at(&e, &x_ref, &u_ref).glance(&full(w), 9.0))
         };
         let violated = |row, side| Some((row, side));
         let zero = [0.0; 6];
@@ -632,13 +714,25 @@ mod tests {
         assert_eq!(look(0.0, 0.0, -0.3, zero), violated(2, Side::Upper));
         // The fourth entry has a row of V for itself; nothing else about it is bounded above.
         assert_eq!(look(0.0, 0.0, 0.0, [0.0, 0.0, 0.0, 0.0, 0.0, -9.0]), violated(4, Side::Lower));
-        // By rows: w_1 is row 1, and so on.
-        let by_rows = |w: [Real; 6]| last(self::problem().at(&[0.0; 2], &REST, &REST).glance(&w));
-        assert_eq!(by_rows(zero), None);
+    }
+
+    /// w_k is the product of row k.
+    #[test]
+    fn a_look_at_all_rows_finds_the_worst() {
+        let by_rows = |w: [Real; 6]| problem().at(&[0.0; 2], &REST, &REST).worst(&full(w), 9.0, [].into_iter());
+        let violated = Worst::Row;
+        assert_eq!(by_rows([0.0; 6]), Worst::Kept);
         assert_eq!(by_rows([0.0, 0.0, 0.0, 0.0, 1.5, 0.0]), violated(4, Side::Upper));
         assert_eq!(by_rows([-1.2, 0.0, 0.0, 9.0, -1.5, 0.0]), violated(4, Side::Lower));
         assert_eq!(by_rows([-2.0, 1.1, 1.2, 9.0, -1.5, 0.0]), violated(0, Side::Lower));
         assert_eq!(by_rows([0.0, 1.3, -1.2, 0.0, 0.0, 0.0]), violated(1, Side::Upper));
         assert_eq!(by_rows([0.0, 1.3, -1.4, 0.0, 0.0, 0.0]), violated(2, Side::Lower));
+        assert_eq!(by_rows([0.0, 1.3, -1.3, 0.0, 1.3, 0.0]), violated(1, Side::Upper), "the first of equals");
+        // By the Gram matrix w itself is not looked at: w = 1.5 v_4 - 3 v_2.
+        let problem = Problem { gram: &GRAM, ..problem() };
+        let sum = [(4, 1.5), (2, -3.0)];
+        let found = problem.at(&[0.0; 2], &REST, &REST).worst(&[0.0; 10], 3.0, sum.into_iter());
+        assert_eq!(found, violated(2, Side::Lower));
+        assert_eq!(problem.at(&[0.0; 2], &REST, &REST).worst(&[9.0; 10], 3.0, [].into_iter()), Worst::Kept);
     }
 }

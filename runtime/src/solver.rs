@@ -5,18 +5,19 @@
 //! programs", Mathematical Programming 27, 1983) with the identity as Hessian: w is always the optimum over the rows in
 //! the working set, so its length grows with every step, and no working set comes back.
 //!
-//! Of the working set it keeps the multipliers and the factor of the Gram matrix N'N; w = N multipliers is made anew at
+//! Of the working set it keeps the multipliers and the factor (its inverse) of the Gram matrix N'N; w = N multipliers is made anew at
 //! every change, so that no error accumulates in it. The last w is refined until the rows of the working set hold to
 //! rounding.
 
 use super::factor::{Column, Factor};
-use super::linear::{add_scaled, close_gap, dot_of, largest};
+use super::linear::{add_scaled, close_gap, dot_of, larger, largest};
 use super::{Real, precision};
-pub use crate::working_set::{Glance, Side, WorkingSet};
+pub use crate::working_set::{Glance, Side, WorkingSet, Worst};
 
 /// A row counts as satisfied when it is violated by no more than this times (its scale + the largest |w_k|): the rounding
 /// errors of the violation itself. Rows that contradict each other by no more than what rounding their limits explains
-/// are all relaxed, by as little as makes them agree.
+/// are all relaxed, by as little as makes them agree: all relaxations of a solve and the tolerance, where a long solve loosens it,
+/// add up to at most `LOOSEST` + 1.5 `MOST_RELAXATIONS` `UNPROVED` of the same, 1.8e-10 in double precision.
 pub const TOLERANCE: Real = precision::TOLERANCE;
 
 /// Relative rounding error that each limit is granted before a contradiction counts as proved.
@@ -46,6 +47,9 @@ const PASSES: usize = 6;
 
 /// A row of the working set holds when it is off by no more than this times (its scale + the largest |w_k|).
 const SETTLED: Real = precision::SETTLED;
+
+/// Looks leave room for this much of |w|: a w that refinement has moved by no more need not be looked at again.
+const STILL: Real = 0.25 * TOLERANCE;
 
 /// A contradiction is proved when no w shorter than this times the largest limit in it, and times |w| as it is, resolves it.
 const BEYOND: Real = 1e3;
@@ -80,7 +84,19 @@ pub trait Rows<const NV: usize> {
     /// Rows that `w` violates much, by a test that may err by more than [`TOLERANCE`]: what it returns is looked at again,
     /// and where it finds nothing, nothing is violated by more than 1e-12 of (the row's scale + the largest |w_k|). `None`
     /// where there is no such test.
-    fn glance(&self, _w: &[Real; NV]) -> Option<Glance> {
+    fn glance(&self, _w: &[Real; NV], _size: Real) -> Option<Glance> {
+        None
+    }
+
+    /// The row that `w` violates by the largest distance, the first of several, by the same products as ever but in another
+    /// order: what it returns is looked at again, and [`Worst::Kept`] leaves room for another 1e-14 of `size`, the largest
+    /// |w_k|. `sum` are rows and their coefficients in w.
+    fn worst(&self, _w: &[Real; NV], _size: Real, _sum: impl Iterator<Item = (usize, Real)>) -> Worst {
+        Worst::Unknown
+    }
+
+    /// The inner products of the normal of row `index` with those of all rows, where they are at hand.
+    fn products(&self, _index: usize) -> Option<&[Real]> {
         None
     }
 }
@@ -90,7 +106,8 @@ pub trait Rows<const NV: usize> {
 pub enum Outcome {
     /// `Solver::w` is the minimiser.
     Optimal {
-        /// Changes of the working set after the warm start.
+        /// Changes of the working set after the warm start. Rows that refinement shows to have a negative multiplier are
+        /// dropped without being counted: between two counted changes, no more than there are in the working set.
         iterations: usize,
     },
     /// The rows contradict each other; `Solver::certificate` proves it.
@@ -108,6 +125,8 @@ pub enum Outcome {
 #[derive(Debug, Clone)]
 pub struct Solver<const NV: usize> {
     w: [Real; NV],
+    /// The largest |w_k|.
+    magnitude: Real,
     active: [Halfspace; NV],
     len: usize,
     multipliers: [Real; NV],
@@ -118,6 +137,8 @@ pub struct Solver<const NV: usize> {
     noise: Real,
     /// Whether w and the multipliers were refined since the working set last changed.
     sharp: bool,
+    /// Whether the last look has found every row kept with room for [`STILL`].
+    clear: bool,
     /// Whether the factor was made anew since a row last came into the working set.
     fresh: bool,
     /// How far all rows are relaxed, relative to (their scale + `size`).
@@ -133,7 +154,8 @@ pub struct Solver<const NV: usize> {
 #[derive(Debug, Clone, Copy)]
 struct Halfspace {
     row: usize,
-    side: Side,
+    /// 1 for the lower side, -1 for the upper one.
+    sign: Real,
     limit: Real,
     scale: Real,
 }
@@ -178,6 +200,7 @@ impl<const NV: usize> Solver<NV> {
     /// Memory for problems with `NV` unknowns.
     pub const NEW: Self = Self {
         w: [0.0; NV],
+        magnitude: 0.0,
         active: [Halfspace::NONE; NV],
         len: 0,
         multipliers: [0.0; NV],
@@ -186,6 +209,7 @@ impl<const NV: usize> Solver<NV> {
         tolerance: TOLERANCE,
         noise: 0.0,
         sharp: true,
+        clear: false,
         fresh: true,
         relaxed: 0.0,
         size: 0.0,
@@ -201,7 +225,7 @@ impl<const NV: usize> Solver<NV> {
         loop {
             let Some(violated) = self.most_violated(rows) else {
                 // A look that allowed for noise above the tolerance has seen nothing yet.
-                let coarse = self.noise > self.tolerance * largest(&self.w);
+                let coarse = self.noise > self.tolerance * self.magnitude;
                 match if self.sharp { Settled::Final } else { self.settle(rows) } {
                     Settled::Final if !coarse => return Outcome::Optimal { iterations: self.iterations },
                     Settled::Final | Settled::Moved => continue,
@@ -232,10 +256,16 @@ impl<const NV: usize> Solver<NV> {
     }
 
     /// The rows that hold with equality at the minimiser.
+    #[inline]
+    pub fn rows(&self) -> impl Iterator<Item = (usize, Side)> {
+        self.active().map(|entry| (entry.row, entry.side()))
+    }
+
+    /// [`Self::rows`], to be kept.
     pub fn working_set(&self) -> WorkingSet<NV> {
         let mut set = WorkingSet::EMPTY;
-        for entry in self.active() {
-            set.push(entry.row, entry.side);
+        for (row, side) in self.rows() {
+            set.push(row, side);
         }
         set
     }
@@ -243,21 +273,29 @@ impl<const NV: usize> Solver<NV> {
     /// The multiplier, >= 0, of each row in the working set: w is their sum, each times its normal, which is minus the
     /// row for [`Side::Upper`].
     pub fn multipliers(&self) -> impl Iterator<Item = (usize, Side, Real)> {
-        self.active().zip(&self.multipliers).map(|(entry, &multiplier)| (entry.row, entry.side, multiplier))
+        self.active().zip(&self.multipliers).map(|(entry, &multiplier)| (entry.row, entry.side(), multiplier))
     }
 
     /// After [`Outcome::Infeasible`], non-negative weights of one-sided inequalities whose sum reads 0 >= something
     /// positive (Farkas); otherwise nothing.
     pub fn certificate(&self) -> impl Iterator<Item = (usize, Side, Real)> {
-        let blocked = self.blocked.iter().map(|entry| (entry.row, entry.side, 1.0));
+        let blocked = self.blocked.iter().map(|entry| (entry.row, entry.side(), 1.0));
         let others = self.multipliers().take(if self.blocked.is_some() { self.len } else { 0 });
         blocked.chain(others)
     }
 
+    /// Rows and their coefficients in w.
+    #[inline(always)]
+    fn parts(&self) -> impl Iterator<Item = (usize, Real)> {
+        self.active().zip(&self.multipliers).map(|(entry, multiplier)| (entry.row, multiplier * entry.sign))
+    }
+
+    #[inline(always)]
     fn active(&self) -> impl Iterator<Item = &Halfspace> {
         self.active.iter().take(self.len)
     }
 
+    #[inline(never)]
     fn start(&mut self, rows: &impl Rows<NV>, from: &WorkingSet<NV>) {
         self.len = 0;
         self.factor.clear();
@@ -277,24 +315,47 @@ impl<const NV: usize> Solver<NV> {
     }
 
     /// The row violated by the largest distance, if any is violated by more than the tolerance.
+    #[inline(always)]
     fn most_violated(&mut self, rows: &impl Rows<NV>) -> Option<Halfspace> {
-        let size = largest(&self.w);
+        let size = self.magnitude;
+        self.clear = false;
         if self.relaxed == 0.0 {
             if NV > FEW
-                && let Some(entry) = self.worst_of(rows, &self.seen, size)
+                && let Some(entry) = self.worst_of(rows, self.seen.iter(), size)
             {
                 return Some(entry);
             }
-            if let Some(glance) = rows.glance(&self.w) {
-                self.seen = glance;
-                if glance == Glance::NOTHING {
+            match rows.worst(&self.w, size, self.parts()) {
+                Worst::Kept => {
+                    self.clear = self.noise <= STILL * size;
                     return None;
                 }
-                if let Some(entry) = self.worst_of(rows, &glance, size) {
-                    return Some(entry);
+                Worst::Row(row, side) => {
+                    if let Some(entry) = self.worst_of(rows, core::iter::once((row, side)), size) {
+                        return Some(entry);
+                    }
+                }
+                Worst::Unknown => {
+                    if let Some(glance) = rows.glance(&self.w, size) {
+                        self.seen = glance;
+                        if glance.is_nothing() {
+                            self.clear = self.noise <= STILL * size;
+                            return None;
+                        }
+                        if let Some(entry) = self.worst_of(rows, glance.iter(), size) {
+                            return Some(entry);
+                        }
+                    }
                 }
             }
         }
+        self.scan(rows)
+    }
+
+    /// The same by every row, one by one.
+    #[inline]
+    fn scan(&self, rows: &impl Rows<NV>) -> Option<Halfspace> {
+        let size = self.magnitude;
         let mut worst = None;
         let mut distance = 0.0;
         for (index, row) in rows.iter().enumerate() {
@@ -317,10 +378,16 @@ impl<const NV: usize> Solver<NV> {
 
     /// The row of a few that is violated most, if one is. They were violated a few changes before; to look at all rows is more
     /// work than to go on with these.
-    fn worst_of(&self, rows: &impl Rows<NV>, seen: &Glance, size: Real) -> Option<Halfspace> {
+    #[inline(always)]
+    fn worst_of(
+        &self,
+        rows: &impl Rows<NV>,
+        seen: impl Iterator<Item = (usize, Side)>,
+        size: Real,
+    ) -> Option<Halfspace> {
         let mut worst = None;
         let mut distance = 0.0;
-        for (index, side) in seen.iter() {
+        for (index, side) in seen {
             let Some(entry) = rows.get(index).and_then(|row| Halfspace::new(index, side, &row)) else { continue };
             let violation = self.violation(rows, &entry);
             if violation > distance
@@ -335,6 +402,7 @@ impl<const NV: usize> Solver<NV> {
     }
 
     /// Whether the row is in the working set.
+    #[inline(always)]
     fn holds(&self, row: usize) -> bool {
         self.active().any(|entry| entry.row == row)
     }
@@ -343,8 +411,9 @@ impl<const NV: usize> Solver<NV> {
         Halfspace { limit: entry.limit - self.relaxed * (entry.scale + self.size), ..entry }
     }
 
+    #[inline(always)]
     fn violation(&self, rows: &impl Rows<NV>, entry: &Halfspace) -> Real {
-        entry.limit - entry.sign() * dot_of(normal(rows, entry), &self.w)
+        entry.limit - entry.sign * dot_of(normal(rows, entry), &self.w)
     }
 
     /// Moves to the multipliers of the optimum over the working set and `entry`, dropping the rows whose multipliers reach
@@ -355,15 +424,14 @@ impl<const NV: usize> Solver<NV> {
         let mut products = self.products_with(rows, entry);
         while self.iterations < budget {
             let mut column = self.factor.column(&products, 1.0);
-            let mut combination = self.factor.combination(&column);
             if column.pivot < SAFE && self.len > 0 {
-                (combination, column.pivot) = self.project(rows, entry);
+                column = self.project(rows, entry);
             }
             let independent = column.pivot > DEPENDENT && self.len < NV;
             let full = if independent { violation / column.pivot } else { Real::INFINITY };
-            match self.blocking(&combination) {
+            match self.blocking(&column.combination) {
                 Some((at, partial)) if partial < full => {
-                    self.advance(partial, &combination);
+                    self.advance(partial, &column.combination);
                     multiplier += partial;
                     if independent {
                         violation -= partial * column.pivot;
@@ -373,7 +441,7 @@ impl<const NV: usize> Solver<NV> {
                     self.remove(at);
                 }
                 _ if independent => {
-                    self.advance(full, &combination);
+                    self.advance(full, &column.combination);
                     self.iterations += 1;
                     if self.iterations > LONG * (NV + 10) {
                         // Progress below rounding might repeat itself for ever.
@@ -383,7 +451,7 @@ impl<const NV: usize> Solver<NV> {
                     self.fresh = false;
                     return Ok(());
                 }
-                _ => return Err(Stop::Contradiction(combination)),
+                _ => return Err(Stop::Contradiction(column.combination)),
             }
         }
         Err(Stop::Budget)
@@ -391,49 +459,65 @@ impl<const NV: usize> Solver<NV> {
 
     /// The coefficients r of normal = N r + z, z orthogonal to the working set's normals N, and |z|^2, by iterative
     /// refinement: the Gram matrix squares the condition number.
-    fn project(&self, rows: &impl Rows<NV>, entry: &Halfspace) -> ([Real; NV], Real) {
-        let mut combination = [0.0; NV];
+    #[cold]
+    #[inline(never)]
+    fn project(&self, rows: &impl Rows<NV>, entry: &Halfspace) -> Column<NV> {
+        let mut column = Column { combination: [0.0; NV], pivot: 0.0 };
         let mut remainder = [0.0; NV];
-        add_scaled(&mut remainder, entry.sign(), normal(rows, entry));
+        add_scaled(&mut remainder, entry.sign, normal(rows, entry));
         for _ in 0..PASSES {
-            let mut correction = self.products(rows, &remainder);
-            self.factor.solve(&mut correction);
-            for ((sum, coefficient), entry) in combination.iter_mut().zip(&correction).zip(self.active()) {
-                *sum += coefficient;
-                add_scaled(&mut remainder, -coefficient * entry.sign(), normal(rows, entry));
-            }
-            if largest(first(&correction, self.len)) <= SUMMED * largest(first(&combination, self.len)) {
+            let mut correction = [0.0; NV];
+            self.factor.solve_into(&self.products(rows, &remainder), &mut correction);
+            add_scaled(&mut column.combination, 1.0, &correction);
+            self.add_rows(rows, -1.0, &correction, &mut remainder);
+            if largest(&correction) <= SUMMED * largest(&column.combination) {
                 break;
             }
         }
-        (combination, dot_of(&remainder, &remainder))
+        column.pivot = dot_of(&remainder, &remainder);
+        column
+    }
+
+    /// vector += scale N coefficients.
+    #[inline(never)]
+    fn add_rows(&self, rows: &impl Rows<NV>, scale: Real, coefficients: &[Real; NV], vector: &mut [Real; NV]) {
+        for (entry, coefficient) in self.active().zip(coefficients) {
+            add_scaled(vector, scale * coefficient * entry.sign, normal(rows, entry));
+        }
     }
 
     /// The first row whose multiplier reaches zero when the entering one's grows, and by how much it may grow.
+    #[inline(always)]
     fn blocking(&self, combination: &[Real; NV]) -> Option<(usize, Real)> {
         let mut blocking = None;
         let mut step = Real::INFINITY;
-        let noise = NOISE * largest(first(combination, self.len)).max(1.0);
+        let noise = NOISE * larger(largest(first(combination, self.len)), 1.0);
         for (at, (multiplier, rate)) in self.multipliers.iter().zip(combination).enumerate().take(self.len) {
-            if *rate > noise && multiplier.max(0.0) < step * rate {
-                step = multiplier.max(0.0) / rate;
+            let room = larger(*multiplier, 0.0);
+            if *rate > noise && room < step * rate {
+                step = room / rate;
                 blocking = Some((at, step));
             }
         }
         blocking
     }
 
+    #[inline(always)]
     fn advance(&mut self, step: Real, combination: &[Real; NV]) {
         add_scaled(self.multipliers.get_mut(..self.len).unwrap_or_default(), -step, combination);
     }
 
     /// Recomputes the factor, the multipliers and w from the working set, dropping rows while there are negative multipliers.
+    #[cold]
+    #[inline(never)]
     fn refresh(&mut self, rows: &impl Rows<NV>) {
-        let (active, len) = (self.active, self.len);
+        let len = self.len;
         self.factor.clear();
         self.len = 0;
-        for entry in active.into_iter().take(len) {
-            let fresh = rows.get(entry.row).and_then(|row| Halfspace::new(entry.row, entry.side, &row));
+        for place in 0..len {
+            // No more than `place` entries were put back, so that this one still stands.
+            let Some(entry) = self.active.get(place) else { break };
+            let fresh = rows.get(entry.row).and_then(|row| Halfspace::new(entry.row, entry.side(), &row));
             if let Some(entry) = fresh {
                 self.push_independent(rows, self.relax(entry));
             }
@@ -451,12 +535,15 @@ impl<const NV: usize> Solver<NV> {
     }
 
     /// Solves N'N multipliers = limits, dropping rows while there are negative multipliers.
+    #[inline(always)]
     fn balance(&mut self) {
         for _ in 0..=NV {
-            for (multiplier, entry) in self.multipliers.iter_mut().zip(&self.active).take(self.len) {
-                *multiplier = entry.limit;
+            let mut limits = [0.0; NV];
+            for (limit, entry) in limits.iter_mut().zip(self.active()) {
+                *limit = entry.limit;
             }
-            self.factor.solve(&mut self.multipliers);
+            self.multipliers = [0.0; NV];
+            self.factor.solve_into(&limits, &mut self.multipliers);
             let noise = NEGATIVE * largest(first(&self.multipliers, self.len));
             if !self.drop_negative(noise) {
                 return;
@@ -465,15 +552,15 @@ impl<const NV: usize> Solver<NV> {
     }
 
     /// Whether there was a multiplier below -`noise`: the row of the most negative one is dropped.
+    #[inline(always)]
     fn drop_negative(&mut self, noise: Real) -> bool {
-        let multipliers = self.multipliers.iter().copied().enumerate().take(self.len);
-        match multipliers.min_by(|a, b| a.1.total_cmp(&b.1)) {
-            Some((at, multiplier)) if multiplier < -noise => {
-                self.remove(at);
-                true
+        let (mut least, mut dropped) = (-noise, None);
+        for (at, multiplier) in self.multipliers.iter().enumerate().take(self.len) {
+            if *multiplier < least {
+                (least, dropped) = (*multiplier, Some(at));
             }
-            _ => false,
         }
+        dropped.inspect(|at| self.remove(*at)).is_some()
     }
 
     /// Makes w final.
@@ -498,74 +585,93 @@ impl<const NV: usize> Solver<NV> {
     /// Refines w and the multipliers until every row of the working set holds. What is corrected is w itself, because the
     /// multipliers of nearly parallel rows are much larger than w, and so is their rounding error.
     fn refine(&mut self, rows: &impl Rows<NV>) -> Refined {
-        let (mut refined, mut before) = (Refined::Steady, Real::INFINITY);
+        let (mut moved, mut before) = (0.0, Real::INFINITY);
         (self.noise, self.sharp) = (0.0, false);
         for _ in 0..PASSES {
-            let size = largest(&self.w);
+            let size = self.magnitude;
             let mut missing = [0.0; NV];
-            let mut off: Real = 0.0;
+            let mut off = 0.0;
             for (missing, entry) in missing.iter_mut().zip(self.active()) {
                 *missing = self.violation(rows, entry);
-                off = off.max(missing.abs() / (entry.scale + size));
+                off = larger(missing.abs() / (entry.scale + size), off);
             }
             if off <= SETTLED || (off > 0.5 * before && off <= TOLERANCE) {
                 self.sharp = true;
-                return refined;
+                return if moved <= if self.clear { STILL * size } else { 0.0 } {
+                    Refined::Steady
+                } else {
+                    Refined::Moved
+                };
             }
             if off > 0.5 * before {
                 return Refined::Stuck;
             }
             before = off;
-            self.factor.solve(&mut missing);
+            let corrections = self.factor.solve(&missing);
             for ((entry, multiplier), correction) in
-                self.active.iter().zip(&mut self.multipliers).zip(&missing).take(self.len)
+                self.active.iter().zip(&mut self.multipliers).zip(&corrections).take(self.len)
             {
                 *multiplier += correction;
-                add_scaled(&mut self.w, correction * entry.sign(), normal(rows, entry));
+                add_scaled(&mut self.w, correction * entry.sign, normal(rows, entry));
+                moved += correction.abs();
             }
-            refined = Refined::Moved;
+            self.magnitude = largest(&self.w);
         }
-        refined
+        Refined::Moved
     }
 
     /// w = N multipliers.
+    #[inline(always)]
     fn combine(&mut self, rows: &impl Rows<NV>) {
         self.w = [0.0; NV];
         let mut weight = 0.0;
         for (entry, multiplier) in self.active.iter().zip(&self.multipliers).take(self.len) {
-            add_scaled(&mut self.w, multiplier * entry.sign(), normal(rows, entry));
+            add_scaled(&mut self.w, multiplier * entry.sign, normal(rows, entry));
             weight += multiplier.abs();
         }
+        self.magnitude = largest(&self.w);
         (self.noise, self.sharp) = (SUMMED * weight, false);
     }
 
     /// N' vector.
+    #[inline(never)]
     fn products(&self, rows: &impl Rows<NV>, vector: &[Real]) -> [Real; NV] {
         let mut products = [0.0; NV];
         for (product, entry) in products.iter_mut().zip(self.active()) {
-            *product = entry.sign() * dot_of(normal(rows, entry), vector);
+            *product = entry.sign * dot_of(normal(rows, entry), vector);
         }
         products
     }
 
+    #[inline(always)]
     fn products_with(&self, rows: &impl Rows<NV>, entry: &Halfspace) -> [Real; NV] {
-        let mut products = self.products(rows, normal(rows, entry));
-        for product in products.iter_mut().take(self.len) {
-            *product *= entry.sign();
+        let mut products = [0.0; NV];
+        let places = products.iter_mut().zip(self.active());
+        if let Some(known) = rows.products(entry.row) {
+            for (product, other) in places {
+                *product = entry.sign * other.sign * known.get(other.row).copied().unwrap_or(0.0);
+            }
+        } else {
+            let vector = normal(rows, entry);
+            for (product, other) in places {
+                *product = entry.sign * other.sign * dot_of(normal(rows, other), vector);
+            }
         }
         products
     }
 
+    #[inline(always)]
     fn push_independent(&mut self, rows: &impl Rows<NV>, entry: Halfspace) {
         let mut column = self.factor.column(&self.products_with(rows, &entry), 1.0);
         if column.pivot < SAFE && self.len > 0 {
-            column.pivot = self.project(rows, &entry).1;
+            column = self.project(rows, &entry);
         }
         if column.pivot > DEPENDENT {
             self.push(entry, &column, 0.0);
         }
     }
 
+    #[inline(always)]
     fn push(&mut self, entry: Halfspace, column: &Column<NV>, multiplier: Real) {
         if let (Some(place), Some(value)) = (self.active.get_mut(self.len), self.multipliers.get_mut(self.len)) {
             *place = entry;
@@ -583,14 +689,16 @@ impl<const NV: usize> Solver<NV> {
     }
 
     /// What a contradiction of the working set and the violated row amounts to.
+    #[cold]
+    #[inline(never)]
     fn judge(&self, rows: &impl Rows<NV>, violated: &Halfspace, combination: &[Real; NV]) -> Verdict {
-        let size = largest(&self.w).max(self.size);
+        let size = self.magnitude.max(self.size);
         let mut sum = [0.0; NV];
-        add_scaled(&mut sum, violated.sign(), normal(rows, violated));
+        add_scaled(&mut sum, violated.sign, normal(rows, violated));
         let (mut contradiction, mut involved, mut scale) = (violated.limit, violated.scale + size, violated.scale);
         for (entry, coefficient) in self.active().zip(combination) {
             let share = (-coefficient).max(0.0);
-            add_scaled(&mut sum, share * entry.sign(), normal(rows, entry));
+            add_scaled(&mut sum, share * entry.sign, normal(rows, entry));
             contradiction += share * entry.limit;
             involved += share * (entry.scale + size);
             scale = scale.max(entry.scale);
@@ -608,14 +716,17 @@ impl<const NV: usize> Solver<NV> {
     }
 
     /// Relaxes all rows by a little more than `share` of (their scale + |w|).
+    #[inline(always)]
     fn relax_all(&mut self, rows: &impl Rows<NV>, share: Real) {
-        self.size = largest(&self.w).max(self.size);
+        self.size = self.magnitude.max(self.size);
         self.relaxed += 1.5 * share;
         self.relaxations += 1;
         self.refresh(rows);
     }
 
     /// Keeps the certificate.
+    #[cold]
+    #[inline(never)]
     fn refute(&mut self, violated: Halfspace, combination: &[Real; NV]) -> Outcome {
         for (multiplier, coefficient) in self.multipliers.iter_mut().zip(combination).take(self.len) {
             *multiplier = (-coefficient).max(0.0);
@@ -636,22 +747,21 @@ const LONG: usize = 3;
 const LOOSEST: Real = precision::LOOSEST;
 
 impl Halfspace {
-    const NONE: Self = Self { row: 0, side: Side::Lower, limit: 0.0, scale: 0.0 };
+    const NONE: Self = Self { row: 0, sign: 0.0, limit: 0.0, scale: 0.0 };
 
     /// One side of a row; `None` where that side is infinite.
+    #[inline]
     fn new(index: usize, side: Side, row: &Row<'_>) -> Option<Self> {
-        let limit = match side {
-            Side::Lower => row.lower,
-            Side::Upper => -row.upper,
+        let (sign, limit) = match side {
+            Side::Lower => (1.0, row.lower),
+            Side::Upper => (-1.0, -row.upper),
         };
-        limit.is_finite().then_some(Self { row: index, side, limit, scale: row.scale })
+        limit.is_finite().then_some(Self { row: index, sign, limit, scale: row.scale })
     }
 
-    fn sign(&self) -> Real {
-        match self.side {
-            Side::Lower => 1.0,
-            Side::Upper => -1.0,
-        }
+    #[inline]
+    fn side(&self) -> Side {
+        if self.sign > 0.0 { Side::Lower } else { Side::Upper }
     }
 }
 

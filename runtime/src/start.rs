@@ -79,9 +79,7 @@ impl<const ROWS: usize, const COLUMNS: usize> NormalEquations<ROWS, COLUMNS> {
     }
 
     fn solve(&self, b: &[Real; ROWS]) -> [Real; COLUMNS] {
-        let mut solved = self.columns.each_ref().map(|column| dot(column, b));
-        self.factor.solve(&mut solved);
-        solved
+        self.factor.solve(&self.columns.each_ref().map(|column| dot(column, b)))
     }
 }
 

@@ -180,6 +180,8 @@ pub struct DpcProblem<
     const NQ: usize,
 > {
     pub V: [[Real; NV]; NR],
+    /// V V', or no rows where it is not worth its memory.
+    pub gram: &'static [[Real; NR]],
     /// Entries of each row of `V` before the zeros it ends with.
     pub extent: [u16; NR],
     pub lower: [Real; NR],

@@ -26,10 +26,27 @@ impl Glance {
         }
     }
 
+    /// Whether no row is violated.
+    #[inline]
+    pub fn is_nothing(&self) -> bool {
+        self.len == 0
+    }
+
     /// The rows, the worst last.
     pub fn iter(&self) -> impl Iterator<Item = (usize, Side)> {
         self.found.iter().map(|&(row, side)| (usize::from(row), side)).take(self.len)
     }
+}
+
+/// What a look at all rows together has found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Worst {
+    /// Every row holds.
+    Kept,
+    /// The row that is violated most.
+    Row(usize, Side),
+    /// There is no such look.
+    Unknown,
 }
 
 /// The side of a row that holds with equality.

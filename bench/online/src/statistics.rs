@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+use dpc_runtime::tables::DpcProblem;
+
+use crate::record::Parameters;
 use crate::timing::Limits;
 
 /// One step of one solver.
@@ -55,7 +58,7 @@ impl Step {
 
 impl Figures {
     pub fn new(
-        name: &str,
+        name: String,
         steps: &[Step],
         rests: &[bool],
         truth: &[Option<Vec<f64>>],
@@ -79,7 +82,7 @@ impl Figures {
             if size > 0.0 { far / size } else { far }
         };
         Self {
-            name: name.to_owned(),
+            name,
             rest: mean(&rest.iter().map(|step| time(step)).collect::<Vec<_>>()),
             mean: mean(&times),
             high: times.get(times.len() * 99 / 100).copied().unwrap_or(f64::NAN),
@@ -112,9 +115,9 @@ impl fmt::Display for Report {
             f,
             "{name}: {unknowns} unknowns, {rows} rows, {bytes} bytes of tables; {moving} steps in transients, {proved} proved"
         )?;
-        writeln!(f, "  us         rest     mean      99%      max  iterations  error  unsolved")?;
+        writeln!(f, "  us                rest     mean      99%      max  iterations  error  unsolved")?;
         for x in figures {
-            write!(f, "  {:<8}{:>7.3} {:>8.3} {:>8.3} {:>8.3}", x.name, x.rest, x.mean, x.high, x.most)?;
+            write!(f, "  {:<15}{:>7.3} {:>8.3} {:>8.3} {:>8.3}", x.name, x.rest, x.mean, x.high, x.most)?;
             if x.name == "floor" {
                 writeln!(f)?;
             } else {
@@ -125,15 +128,23 @@ impl fmt::Display for Report {
     }
 }
 
-/// Ratios: rest over the floor, and the best peer over ours.
+/// Behind the name of a peer that was timed from the limits to w alone.
+pub const ALONE: &str = " alone";
+
+/// Ratios: rest over the floor, and the best peer over ours; then over ours the best peer alone, which is given the limits and
+/// not asked for the plan.
 pub fn summary(reports: &[Report]) -> String {
-    let mut text = format!(
-        "{:<24}{:>12}{:>14}{:>14}{:>14}{:>14}\n",
-        "best peer / this", "rest", "mean", "99%", "max", "rest / floor"
-    );
+    table("best peer / this", reports, |name| !name.ends_with(ALONE))
+        + "\n"
+        + &table("best peer alone / this", reports, |name| name.ends_with(ALONE))
+}
+
+fn table(title: &str, reports: &[Report], counts: impl Fn(&str) -> bool) -> String {
+    let mut text = format!("{title:<24}{:>12}{:>14}{:>14}{:>14}{:>14}\n", "rest", "mean", "99%", "max", "rest / floor");
     for report in reports {
         let [ours, floor, peers @ ..] = &report.figures[..] else { continue };
-        let best = |of: fn(&Figures) -> f64| peers.iter().map(of).fold(f64::INFINITY, f64::min) / of(ours);
+        let peers = || peers.iter().filter(|peer| counts(&peer.name));
+        let best = |of: fn(&Figures) -> f64| peers().map(of).fold(f64::INFINITY, f64::min) / of(ours);
         text += &format!(
             "{:<24}{:>12.2}{:>14.2}{:>14.2}{:>14.2}{:>14.2}\n",
             report.name,
@@ -145,6 +156,43 @@ pub fn summary(reports: &[Report]) -> String {
         );
     }
     text
+}
+
+/// The limits of the rows, less what the parameters make of their offsets: only what depends on the parameters is computed, and
+/// of that only the entries that are there, as whoever calls another solver would have it computed.
+#[inline]
+pub fn limits_at<
+    const NX: usize,
+    const NU: usize,
+    const N: usize,
+    const NV: usize,
+    const NR: usize,
+    const NT: usize,
+    const NS: usize,
+    const NQ: usize,
+>(
+    problem: &DpcProblem<NX, NU, N, NV, NR, NT, NS, NQ>,
+    at: &Parameters<NX, NU, N>,
+    lower: &mut [f64],
+    upper: &mut [f64],
+) {
+    lower.copy_from_slice(&problem.lower);
+    upper.copy_from_slice(&problem.upper);
+    let mut rows = lower.iter_mut().zip(upper);
+    let mut shift = |offset: f64| {
+        if let Some((lower, upper)) = rows.next() {
+            *lower -= offset;
+            *upper -= offset;
+        }
+    };
+    problem.tube.iter().for_each(|row| shift(inner(row, &at.e)));
+    problem.state.iter().for_each(|row| shift(inner(&row.row, &at.x_ref[row.stage])));
+    problem.input.iter().for_each(|row| shift(inner(&row.row, &at.u_ref[row.stage])));
+}
+
+#[inline]
+fn inner<const COUNT: usize>(x: &[f64; COUNT], y: &[f64; COUNT]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| x * y).sum()
 }
 
 /// Whether `e` lies inside the tube.

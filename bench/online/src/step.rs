@@ -20,7 +20,9 @@ pub fn report() {
     times.sort_by(f64::total_cmp);
     let time = times.iter().take(RUNS / 2).sum::<f64>() / (RUNS / 2) as f64;
     println!("four-tank at rest, one subsystem: {time:.0} ns per step with its message accepted");
-    println!("  tables     {} and {} bytes", size_of_val(&left::TABLES), size_of_val(&right::TABLES));
+    let gram = [size_of_val(left::TABLES.problem.gram), size_of_val(right::TABLES.problem.gram)];
+    let tables = [size_of_val(&left::TABLES) + gram[0], size_of_val(&right::TABLES) + gram[1]];
+    println!("  tables     {} and {} bytes", tables[0], tables[1]);
     println!("  controller {} bytes, inbox {} bytes", size_of::<left::Controller>(), size_of::<left::Inbox>());
     println!("  stack      {} bytes at rest, {} where the problem is solved", pair.stack(0.0), Pair::new().stack(20.0));
 }

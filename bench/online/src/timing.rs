@@ -43,24 +43,34 @@ pub struct Limits {
     pub rests: bool,
 }
 
-/// Times a peer over all steps once, keeping the smaller times.
-pub fn pass(peer: &mut dyn Peer, limits: &[Limits], best: &mut [Step]) {
-    peer.forget();
+/// Times a peer over all steps once, after once without the clock, so that caches hold what belongs to it: `pose` writes the lower and upper limits of a step, `finish` makes
+/// of w what is wanted.
+pub fn pass(
+    peer: &mut dyn Peer,
+    pose: impl Fn(usize, &mut [f64], &mut [f64]),
+    finish: impl Fn(&[f64]),
+    best: &mut [Step],
+) {
     let every = if peer.name() == SLOW { SELDOM } else { 1 };
-    for (limits, best) in limits.iter().zip(best).step_by(every) {
-        let start = ticks();
-        let (lower, upper) = peer.limits();
-        lower.copy_from_slice(&limits.lower);
-        upper.copy_from_slice(&limits.upper);
-        let solved = peer.solve();
-        let time = ticks() - start;
-        best.keep(time, peer.iterations(), peer.w(), solved);
+    for timed in [false, true] {
+        peer.forget();
+        for (step, best) in best.iter_mut().enumerate().step_by(every) {
+            let start = ticks();
+            let (lower, upper) = peer.limits();
+            pose(step, lower, upper);
+            let solved = peer.solve();
+            finish(peer.w());
+            let time = ticks() - start;
+            if timed {
+                best.keep(time, peer.iterations(), peer.w(), solved);
+            }
+        }
     }
 }
 
 /// Figures of a solver from its best steps.
 pub fn figures(
-    name: &str,
+    name: String,
     steps: &[Step],
     limits: &[Limits],
     truth: &[Option<Vec<f64>>],
@@ -75,7 +85,7 @@ macro_rules! measure {
     ($name:expr, $($module:tt)*) => {{
         use dpc_runtime::solver::{Outcome, Rows, Side, Solver, WorkingSet};
         use $($module)* as node;
-        use $crate::statistics::{Report, Step, floor, truth};
+        use $crate::statistics::{ALONE, Report, Step, floor, limits_at, truth};
         use $crate::timing::{Limits, PASSES, SLOW, calibration, figures, pass, ticks};
 
         let recorded = $crate::record::record!($($module)*);
@@ -91,30 +101,36 @@ macro_rules! measure {
         let rows: Vec<Vec<f64>> = problem.V.iter().map(|row| row.to_vec()).collect();
         let mut peers = $crate::peers::all(&rows);
         let clock = calibration();
-        let mut best: Vec<Vec<Step>> = vec![vec![Step::default(); recorded.len()]; peers.len() + 2];
+        let mut best: Vec<Vec<Step>> = vec![vec![Step::default(); recorded.len()]; 2 * peers.len() + 2];
         let mut sets: Vec<Vec<(usize, bool)>> = vec![Vec::new(); recorded.len()];
         for number in 0..PASSES {
             // Ours: parameters to plan.
             let mut solver = Solver::<{ node::NV }>::NEW;
-            let mut warm = WorkingSet::<{ node::NV }>::EMPTY;
-            for ((at, best), set) in recorded.iter().zip(&mut best[0]).zip(&mut sets) {
-                let at = std::hint::black_box(at);
-                let start = ticks();
-                if problem.rests(&at.e, &at.x_ref, &at.u_ref) {
-                    warm = WorkingSet::EMPTY;
+            for timed in [false, true] {
+                let mut warm = WorkingSet::<{ node::NV }>::EMPTY;
+                for ((at, best), set) in recorded.iter().zip(&mut best[0]).zip(&mut sets) {
+                    let at = std::hint::black_box(at);
+                    let start = ticks();
+                    if problem.rests(&at.e, &at.x_ref, &at.u_ref) {
+                        warm = WorkingSet::EMPTY;
+                        let time = ticks() - start;
+                        if timed {
+                            best.keep(time, 0, &[0.0; node::NV], true);
+                        }
+                        continue;
+                    }
+                    let instance = problem.at(&at.e, &at.x_ref, &at.u_ref);
+                    let outcome = solver.solve(&instance, &warm, problem.max_iterations);
+                    let plan = problem.plan(solver.w());
+                    std::hint::black_box(&plan);
+                    warm = problem.shifted(solver.rows());
                     let time = ticks() - start;
-                    best.keep(time, 0, &[0.0; node::NV], true);
-                    continue;
+                    if timed {
+                        let iterations = if let Outcome::Optimal { iterations } = outcome { iterations } else { 0 };
+                        best.keep(time, iterations, solver.w(), matches!(outcome, Outcome::Optimal { .. }));
+                        *set = solver.rows().map(|(row, side)| (row, side == Side::Upper)).collect();
+                    }
                 }
-                let instance = problem.at(&at.e, &at.x_ref, &at.u_ref);
-                let outcome = solver.solve(&instance, &warm, problem.max_iterations);
-                let plan = problem.plan(solver.w());
-                std::hint::black_box(&plan);
-                warm = problem.shifted(&solver.working_set());
-                let time = ticks() - start;
-                let iterations = if let Outcome::Optimal { iterations } = outcome { iterations } else { 0 };
-                best.keep(time, iterations, solver.w(), matches!(outcome, Outcome::Optimal { .. }));
-                *set = solver.working_set().iter().map(|(row, side)| (row, side == Side::Upper)).collect();
             }
             // The floor: every bound of the references, stage by stage, and the rows of the tube.
             let (low, high) = ([[-1e9; node::NX]; node::N], [[1e9; node::NX]; node::N]);
@@ -130,18 +146,32 @@ macro_rules! measure {
                 let time = ticks() - start;
                 best.keep(time, 0, &[0.0; node::NV], true);
             }
-            for (peer, best) in peers.iter_mut().zip(&mut best[2..]) {
+            // Peers, from the parameters to the plan, then from the limits to w.
+            let pose = |step: usize, lower: &mut [f64], upper: &mut [f64]| {
+                limits_at(problem, std::hint::black_box(&recorded[step]), lower, upper);
+            };
+            let plan = |w: &[f64]| {
+                std::hint::black_box(problem.plan(w.first_chunk().expect("as many unknowns")));
+            };
+            let given = |step: usize, lower: &mut [f64], upper: &mut [f64]| {
+                lower.copy_from_slice(&limits[step].lower);
+                upper.copy_from_slice(&limits[step].upper);
+            };
+            for (peer, best) in peers.iter_mut().zip(best[2..].chunks_exact_mut(2)) {
                 if peer.name() != SLOW || number == 0 {
-                    pass(peer.as_mut(), &limits, best);
+                    pass(peer.as_mut(), pose, plan, &mut best[0]);
+                    pass(peer.as_mut(), given, |_| {}, &mut best[1]);
                 }
             }
         }
         let truths: Vec<Option<Vec<f64>>> = limits.iter().zip(&sets).map(|(l, set)| truth(&rows, l, set)).collect();
         let moving = limits.iter().filter(|l| !l.rests).count();
         let proved = limits.iter().zip(&truths).filter(|(l, truth)| !l.rests && truth.is_some()).count();
-        let names = ["this", "floor"].into_iter().chain(peers.iter().map(|peer| peer.name()));
+        let both = |name: &str| [name.to_owned(), format!("{name}{ALONE}")];
+        let own = ["this", "floor"].into_iter().map(str::to_owned);
+        let names = own.chain(peers.iter().flat_map(|peer| both(peer.name())));
         let all = names.zip(&best).map(|(name, steps)| figures(name, steps, &limits, &truths, clock)).collect();
-        Report { name: $name.to_owned(), unknowns: node::NV, rows: node::NR, bytes: std::mem::size_of_val(&node::TABLES), moving, proved, figures: all }
+        Report { name: $name.to_owned(), unknowns: node::NV, rows: node::NR, bytes: std::mem::size_of_val(&node::TABLES) + std::mem::size_of_val(problem.gram) + std::mem::size_of_val(problem.terminal), moving, proved, figures: all }
     }};
 }
 pub(crate) use measure;

@@ -193,6 +193,7 @@ fn dpc(node: &Node) -> Value {
         "DpcProblem",
         vec![
             matrix("V", "Rows of unit length in w: (35a), (35c), (35d), (35b), (36)", &dpc.V, &names, &[]),
+            gram(dpc, &names),
             Field::new("extent", "Entries of each row before its last zeros", Value::Counts(extents)),
             Field::new("lower", "Lower limits of the rows", Value::column(&dpc.lower, &names)),
             Field::new("upper", "Upper limits of the rows", Value::column(&dpc.upper, &names)),
@@ -227,6 +228,22 @@ fn limit_origin(node: &Node) -> String {
         let (origin, why) = count.origin();
         why.map_or(origin.clone(), |why| format!("{origin}; {why}"))
     })
+}
+
+/// The Gram matrix, or why there is none.
+fn gram(dpc: &DpcProblem, names: &[String]) -> Field {
+    let (rows, unknowns) = dpc.V.shape();
+    let (doc, matrix) = match dpc.gram() {
+        Some(gram) => ("V V': products of so few rows are looked up instead of computed".to_owned(), gram),
+        None => {
+            let doc = format!(
+                "V V' is not stored: {rows} x {rows} numbers would save products of no more than {unknowns} entries"
+            );
+            (doc, DMatrix::zeros(0, rows))
+        }
+    };
+    let rows = matrix.row_iter().zip(names).map(|(row, name)| (row.iter().copied().collect(), name.clone()));
+    Field::new("gram", doc, Value::Slice(Box::new(Value::Matrix(rows.collect()))))
 }
 
 /// The rows over dx_N, where the simulation looks at them.

@@ -100,8 +100,8 @@ impl<const NV: usize> Rows<NV> for Instance<NV> {
         self.normals.get(r).map_or(&[0.0; NV], |normal| normal)
     }
 
-    fn glance(&self, w: &[f64; NV]) -> Option<Glance> {
-        let mut worst = OVERLOOKED * w.iter().fold(0.0, |most: f64, w| most.max(w.abs()));
+    fn glance(&self, w: &[f64; NV], size: f64) -> Option<Glance> {
+        let mut worst = OVERLOOKED * size;
         let mut found = Glance::NOTHING;
         for &r in &self.order {
             let value: f64 = self.normals[r].iter().zip(w).map(|(v, w)| v * w).sum();

@@ -123,6 +123,7 @@ type Problem = tables::DpcProblem<2, 1, HORIZON, NV, NR, NT, NS, NQ>;
 fn problem(dpc: &DpcProblem) -> Result<Problem, String> {
     let mut problem = Problem {
         V: [[0.0; NV]; NR],
+        gram: &[],
         extent: [0; NR],
         lower: [f64::NEG_INFINITY; NR],
         upper: [f64::INFINITY; NR],

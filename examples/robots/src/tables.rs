@@ -143,6 +143,7 @@ type Problem = tables::DpcProblem<4, 2, N, NV, NR, NT, NS, NQ>;
 fn problem(dpc: &DpcProblem) -> Result<Problem, &'static str> {
     let mut problem = Problem {
         V: [[0.0; NV]; NR],
+        gram: &[],
         extent: [0; NR],
         lower: [f64::NEG_INFINITY; NR],
         upper: [f64::INFINITY; NR],

@@ -84,6 +84,7 @@ fn problem() -> DpcProblem<2, 2, 2, 6, 2, 2, 0, 0> {
     let stage = || Stage { next: identity, drive: identity, gain: [[0.0; 2]; 2], spread: identity };
     DpcProblem {
         V: array::from_fn(unit),
+        gram: &[],
         extent: [1, 2],
         lower: [-1e-6; 2],
         upper: [1e-6; 2],
