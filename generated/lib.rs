@@ -5,3 +5,6 @@
 
 #[rustfmt::skip]
 pub mod four_tank;
+/// The same in single precision: `--scalar f32 --out generated/four_tank_single`.
+#[rustfmt::skip]
+pub mod four_tank_single;

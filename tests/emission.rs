@@ -66,7 +66,7 @@ fn package() -> PathBuf {
     assert_eq!(folder, package.join("emitted/mod_"));
     let sparse = lower(read("cases/emit/odd.toml".as_ref())).ok().and_then(sparsely).expect("a design exists");
     Emitted::new(&sparse).write(&package.join("emitted/sparse")).expect("the target folder is writable");
-    for case in ["started", "changing"] {
+    for case in ["started", "changing", "single"] {
         let file = root().join(format!("cases/emit/{case}.toml"));
         compile_into(&file, &package.join("emitted")).expect("a design exists");
     }
@@ -84,7 +84,7 @@ fn package() -> PathBuf {
 /// What `dpc_codegen::build::compile` does, but for the design, which is made already.
 const BUILD: &str = r#"
 fn main() {
-    for folder in ["mod_", "sparse", "started", "changing"] {
+    for folder in ["mod_", "sparse", "started", "changing", "single"] {
         let out = std::path::PathBuf::from(std::env::var_os("OUT_DIR").unwrap()).join(folder);
         std::fs::create_dir_all(&out).unwrap();
         for file in std::fs::read_dir(std::path::Path::new("emitted").join(folder)).unwrap() {
@@ -121,6 +121,26 @@ macro_rules! bytes {
             + size_of_val($node::TABLES.problem.terminal)
             + size_of_val($node::TABLES.problem.gram)
     };
+}
+
+mod single {
+    include!(concat!(env!("OUT_DIR"), "/single/mod.rs"));
+}
+
+/// In single precision: a step towards a set-point in the plane, with a share of a coupling constraint.
+fn single_precision() {
+    use single::{line, plane};
+
+    let rest: [f32; 3] = [0.5, -0.25, 1.0];
+    let (mut first, from_plane) = plane::start(&plane::steady_state(&rest)).unwrap();
+    let (_, from_line) = line::start(&line::steady_state(&rest)).unwrap();
+    let mut inbox = plane::Inbox::new();
+    inbox.accept(&plane::FROM_LINE, &from_line).unwrap();
+    assert_eq!(from_plane.y_ref.len(), 2);
+    let mut x: [f32; 2] = plane::steady_state(&rest).x;
+    x[0] += 0.01;
+    let step = first.step(&x, &[3.0, 1.0], &mut inbox);
+    assert!(step.status.is_guaranteed() && step.message.y_ref[0] > 0.504, "{:?}", step.status);
 }
 
 /// Rows that are redrawn by all members alike.
@@ -210,6 +230,7 @@ use controllers::{con_, plane, tanks_1_2, type_};
 fn main() {
     start_away_from_rest();
     redraw_rows();
+    single_precision();
     let rest = [0.5, 1.0, 0.5, 0.25, -1.0];
     let (mut first, from_type) = type_::start(&type_::steady_state(&rest)).unwrap();
     let (mut second, from_tanks) = tanks_1_2::start(&tanks_1_2::steady_state(&rest)).unwrap();

@@ -8,10 +8,11 @@ use std::path::PathBuf;
 use dpc_codegen::design::Design;
 use dpc_codegen::emit::{Emitted, package_folder};
 use dpc_codegen::footprint::without;
+use dpc_codegen::network::Scalar;
 use dpc_tests::{read, root};
 
-/// Examples whose controllers are committed.
-const EXAMPLES: [&str; 1] = ["four_tank"];
+/// Examples whose controllers are committed, in which scalar type.
+const EXAMPLES: [(&str, Scalar); 2] = [("four_tank", Scalar::Double), ("four_tank", Scalar::Single)];
 
 #[test]
 fn generated_files_are_fresh() {
@@ -21,7 +22,8 @@ fn generated_files_are_fresh() {
             let committed = fs::read_to_string(folder.join(name)).unwrap_or_default();
             assert!(
                 without(&committed) == *text,
-                "generated/{example}/{name} is not what the compiler writes now; {}",
+                "{} is not what the compiler writes now; {}",
+                folder.join(name).display(),
                 refresh(example)
             );
         }
@@ -40,14 +42,21 @@ fn nothing_else_is_generated() {
 }
 
 /// What the compiler writes for an example, and where it is committed.
-fn emitted(example: &str) -> (PathBuf, Emitted) {
+fn emitted((example, scalar): (&str, Scalar)) -> (PathBuf, Emitted) {
     let source = read(&PathBuf::from("../examples").join(example).join("system.toml"));
-    let design = Design::new(source.clone()).unwrap_or_else(|errors| panic!("{}", errors.render(&source, false)));
-    (root().join("../generated").join(package_folder(&design.network)), Emitted::new(&design))
+    let design = Design::in_scalar(source.clone(), scalar, None, &mut ());
+    let design = design.unwrap_or_else(|errors| panic!("{}", errors.render(&source, false)));
+    let single = if scalar == Scalar::Single { "_single" } else { "" };
+    let folder = package_folder(&design.network) + single;
+    (root().join("../generated").join(folder), Emitted::new(&design))
 }
 
-fn refresh(example: &str) -> String {
+fn refresh((example, scalar): (&str, Scalar)) -> String {
+    let single = match scalar {
+        Scalar::Double => String::new(),
+        Scalar::Single => format!(" --scalar f32 --out generated/{example}_single"),
+    };
     format!(
-        "refresh it with: .ci/metal keep, or cargo run --release -p dpc-codegen -- examples/{example}/system.toml --measure"
+        "refresh it with: .ci/metal keep, or cargo run --release -p dpc-codegen -- examples/{example}/system.toml{single} --measure"
     )
 }

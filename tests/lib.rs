@@ -14,6 +14,7 @@ pub mod random_network;
 pub mod runtime_twin;
 pub mod start_checker;
 pub mod strips;
+pub mod tank_loop;
 pub mod unknowns;
 pub mod weather;
 
@@ -53,7 +54,7 @@ pub fn sparsely(network: Network) -> Option<Design> {
     let gains = Gains::sparse(&network).ok()?;
     let sets = Sets::new(&network, &gains).ok()?;
     let sizing = Sizing::new(&network, &gains, &sets).ok()?;
-    let problems = Problems::new(&network, &gains, &sizing).ok()?;
+    let problems = Problems::new(&network, &gains, &sets, &sizing).ok()?;
     Some(Design { network, gains, sets, sizing, problems, tuning: None, start: None, samples: None })
 }
 

@@ -28,6 +28,7 @@ pub fn doubted(dpc: &DpcProblem, e: &DVector<f64>, forecast: Option<&DVector<f64
         V: [[1.0; UNKNOWNS]; STRIPS],
         gram: &[],
         extent: [UNKNOWNS as u16; STRIPS],
+        slack: &[],
         lower: std::array::from_fn(|r| limit(r, &dpc.lower, f64::NEG_INFINITY)),
         upper: std::array::from_fn(|r| limit(r, &dpc.upper, f64::INFINITY)),
         tube: std::array::from_fn(tube),

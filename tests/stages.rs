@@ -103,6 +103,7 @@ fn tables(dpc: &problems::DpcProblem, staged: bool) -> Problem {
         V: [[0.0; NV]; NR],
         gram: &[],
         extent: [0; NR],
+        slack: &[],
         lower: [f64::NEG_INFINITY; NR],
         upper: [f64::INFINITY; NR],
         tube: [[0.0; 2]; NT],

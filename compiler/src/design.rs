@@ -1,9 +1,9 @@
 //! The pipeline on one page; read this first.
 
-use crate::diagnostic::{Diagnostics, Source};
+use crate::diagnostic::{Diagnostic, Diagnostics, Source, code};
 use crate::gains::{Gains, Settled};
 use crate::iterations;
-use crate::network::{Network, Start};
+use crate::network::{Network, Scalar, Start};
 use crate::problems::Problems;
 use crate::sets::Sets;
 use crate::sizing::Sizing;
@@ -55,6 +55,20 @@ impl Design {
         Self::of_network(network, effort, watch)
     }
 
+    /// [`Design::watched`] with a scalar type that wins over the file's.
+    ///
+    /// # Errors
+    /// As [`Design::new`].
+    pub fn in_scalar(
+        source: Source,
+        scalar: Scalar,
+        effort: Option<Effort>,
+        watch: &mut dyn Watch,
+    ) -> Result<Self, Diagnostics> {
+        let network = read(source, watch)?;
+        Self::of_network(Network { scalar, ..network }, effort, watch)
+    }
+
     /// [`Design::watched`] as with `start-anywhere = true` in the file, and without a plan for the start that it states: for
     /// [`Design::started`].
     ///
@@ -92,6 +106,15 @@ impl Design {
         let effort = effort.unwrap_or(network.effort);
         let network = Network { effort, ..network };
         effort.fits(&network)?;
+        match network.scalar {
+            Scalar::Double => Self::searched(network, watch),
+            Scalar::Single => Self::searched(network.clone(), watch).map_err(|mistakes| too_coarse(&network, mistakes)),
+        }
+    }
+
+    /// The stages after the network, and a search for gains among them.
+    fn searched(network: Network, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
+        let effort = network.effort;
         let settled = Settled::watched(network.clone(), watch);
         match Tuning::new(&network, settled.as_ref().ok(), effort, watch) {
             Some((tuned, tuning)) => Self::tuned(tuned, tuning, watch),
@@ -114,7 +137,7 @@ impl Design {
     fn of(Settled { network, gains, sets }: Settled, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
         let sizing = Sizing::new(&network, &gains, &sets)?;
         watch.stage("Sizing");
-        let problems = Problems::new(&network, &gains, &sizing)?;
+        let problems = Problems::new(&network, &gains, &sets, &sizing)?;
         watch.stage("Problems");
         let design = Self { network, gains, sets, sizing, problems, tuning: None, start: None, samples: None };
         let planned = design.network.start.as_ref().map(|start| {
@@ -126,6 +149,23 @@ impl Design {
             watch.stage("Start");
         }
         Ok(Self { start, ..design })
+    }
+}
+
+/// The mistakes of a design in single precision: where the same exists in double precision, rounding is to blame.
+fn too_coarse(network: &Network, mistakes: Diagnostics) -> Diagnostics {
+    let network = Network { scalar: Scalar::Double, ..network.clone() };
+    match mistakes.0.first() {
+        Some(first) if first.code != code::SINGLE_PRECISION && Design::searched(network.clone(), &mut ()).is_ok() => {
+            let place = network.places.scalar.clone().unwrap_or_default();
+            let error = Diagnostic::error(code::SINGLE_PRECISION, "this network needs double precision");
+            let error = error
+                .at(place, "every number is rounded to 24 bits")
+                .note(format!("in single precision {}", first.title));
+            let error = first.notes.iter().fold(error, |error, note| error.note(note.clone()));
+            error.help("write scalar = \"f64\", or bound states and inputs no more generously than they need").into()
+        }
+        _ => mistakes,
     }
 }
 

@@ -98,6 +98,9 @@ pub mod code {
     pub const MEMBERS: &str = "E0130";
     /// A start-up plan beside changing constraints.
     pub const PLANNED_START: &str = "E0131";
+    /// Single precision with something that its proof does not cover: unbounded signals, measurement errors, loads, start-up plans,
+    /// changing constraints.
+    pub const SINGLE_PRECISION: &str = "E0132";
 
     /// A_ii has an unstable mode that B_ii does not reach (Assumption 1).
     pub const UNSTABILISABLE: &str = "E0201";
@@ -150,7 +153,7 @@ pub mod code {
         [LARGE_REFERENCES, FEW_NORMALS, STEADY_STATE, NOT_SIZED, LOST_SLACK, NOT_CONVEX, OVERFLOW];
 
     /// All others.
-    pub const ALL: [&str; 46] = [
+    pub const ALL: [&str; 47] = [
         SYNTAX,
         UNKNOWN_KEY,
         MISSING_KEY,
@@ -182,6 +185,7 @@ pub mod code {
         START_OUTSIDE,
         MEMBERS,
         PLANNED_START,
+        SINGLE_PRECISION,
         UNSTABILISABLE,
         LOCAL_LOOP,
         COLLECTIVE_LOOP,

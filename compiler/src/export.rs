@@ -28,6 +28,7 @@ struct Document<'a> {
     subsystems: Vec<Subsystem<'a>>,
     coupling_constraints: Vec<Coupling<'a>>,
     changing_constraints: Vec<Changing<'a>>,
+    scalar: &'static str,
 }
 
 #[derive(serde::Serialize)]
@@ -105,6 +106,7 @@ impl<'a> Document<'a> {
             subsystems: (0..network.subsystems.len()).map(|i| Subsystem::new(design, i)).collect(),
             coupling_constraints: couplings.map(|(row, &l_tilde)| Coupling::new(network, row, l_tilde)).collect(),
             changing_constraints: network.changing_constraints.iter().map(|row| Changing::new(design, row)).collect(),
+            scalar: network.scalar.name(),
         }
     }
 }

@@ -60,6 +60,7 @@ pub mod network;
 pub mod notices;
 pub mod optim;
 pub mod problems;
+pub mod rounding;
 pub mod sets;
 mod sharing;
 pub mod sizing;

@@ -12,6 +12,7 @@ use dpc_codegen::diagnostic::{Diagnostics, Source};
 use dpc_codegen::emit::{Emitted, package_folder, write_all};
 use dpc_codegen::export::design_json;
 use dpc_codegen::footprint::{Measured, Target, Workshop};
+use dpc_codegen::network::Scalar;
 use dpc_codegen::summary::Summary;
 use dpc_codegen::tuning::{Effort, Progress, Watch, frozen};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -34,6 +35,9 @@ struct Arguments {
     /// How long to search for better gains: 0 not at all, 3 longest [default: `effort` in the file, else 0]
     #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u8).range(0..=i64::from(Effort::MOST)))]
     effort: Option<u8>,
+    /// What the controllers compute in, f64 or f32, instead of `scalar` in FILE
+    #[arg(long, value_name = "TYPE", conflicts_with = "start")]
+    scalar: Option<Scalar>,
     /// Start from the states in this file (TOML: a table per subsystem, with x0) instead of those in FILE
     #[arg(long, value_name = "FILE")]
     start: Option<PathBuf>,
@@ -93,7 +97,11 @@ fn designed(arguments: &Arguments, source: &Source, watch: &mut Progressing) -> 
     };
     let effort = arguments.effort.and_then(Effort::new);
     let Some(file) = &arguments.start else {
-        return Design::watched(source.clone(), effort, watch).map_err(rendered(source));
+        let design = match arguments.scalar {
+            Some(scalar) => Design::in_scalar(source.clone(), scalar, effort, watch),
+            None => Design::watched(source.clone(), effort, watch),
+        };
+        return design.map_err(rendered(source));
     };
     let starts = build::read(file)?;
     let design = Design::anywhere(source.clone(), effort, watch).map_err(rendered(source))?;

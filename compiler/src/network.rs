@@ -21,6 +21,7 @@ mod weights;
 mod words;
 
 use std::collections::BTreeMap;
+use std::str::FromStr;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -53,6 +54,8 @@ pub struct Network {
     pub wishes: Wishes,
     /// How gains are found that the file does not state.
     pub gains: GainChoice,
+    /// What the emitted controllers compute in.
+    pub scalar: Scalar,
     /// How long to search for better gains: what the file says, and in a design what its caller said instead.
     pub effort: Effort,
     pub subsystems: Vec<Subsystem>,
@@ -65,6 +68,69 @@ pub struct Network {
     /// The text the network was read from, for diagnostics of later stages.
     pub source: Source,
     pub places: NetworkPlaces,
+}
+
+/// A scalar type of emitted controllers.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Scalar {
+    /// `f64`
+    #[default]
+    Double,
+    /// `f32`: the sets are tightened by what it rounds, see [`crate::rounding`].
+    Single,
+}
+
+impl FromStr for Scalar {
+    type Err = &'static str;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        [Self::Double, Self::Single].into_iter().find(|scalar| scalar.name() == name).ok_or("f64 or f32 is expected")
+    }
+}
+
+impl Scalar {
+    /// In Rust.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Double => "f64",
+            Self::Single => "f32",
+        }
+    }
+
+    /// By what share of a limit the runtime takes a start to be inside it all the same, and more; nothing in double precision, where
+    /// sets have that in reserve.
+    pub fn share_kept(self) -> f64 {
+        match self {
+            Self::Double => 0.0,
+            Self::Single => 1.5 * f64::from(dpc_runtime::single::KEPT),
+        }
+    }
+
+    pub fn bytes(self) -> usize {
+        match self {
+            Self::Double => 8,
+            Self::Single => 4,
+        }
+    }
+
+    /// The number of this type nearest to `value`.
+    pub fn nearest(self, value: f64) -> f64 {
+        match self {
+            Self::Double => value,
+            Self::Single => f64::from(value as f32),
+        }
+    }
+
+    /// The largest number of this type that is not above `value`.
+    pub fn below(self, value: f64) -> f64 {
+        let nearest = self.nearest(value);
+        if nearest <= value { nearest } else { f64::from((value as f32).next_down()) }
+    }
+
+    /// The smallest number of this type that is not below `value`.
+    pub fn above(self, value: f64) -> f64 {
+        -self.below(-value)
+    }
 }
 
 /// The reference-output layer's tuning (6), (29).
@@ -264,6 +330,7 @@ pub struct NetworkPlaces {
     pub horizon: Option<Place>,
     pub sizing: Option<Place>,
     pub gains: Option<Place>,
+    pub scalar: Option<Place>,
 }
 
 /// Where the parts of one subsystem stand in the file. `header` is the name in `[subsystem.name]`; the others fall
@@ -308,6 +375,7 @@ impl Network {
             reference: settings.reference,
             wishes: settings.wishes,
             gains: spec.gains.as_ref().map_or(GainChoice::default(), |gains| gains.value),
+            scalar: spec.scalar.as_ref().map_or(Scalar::default(), |scalar| scalar.value),
             effort: settings.effort,
             subsystems,
             coupling_constraints: constraints,
@@ -438,6 +506,7 @@ impl NetworkPlaces {
             horizon: Some(spec.horizon.place.clone()),
             sizing: spec.sizing.place.clone(),
             gains: spec.gains.as_ref().map(|gains| gains.place.clone()),
+            scalar: spec.scalar.as_ref().map(|scalar| scalar.place.clone()),
         }
     }
 }

@@ -12,12 +12,13 @@ use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::gains::{Gains, SubsystemGains};
 use crate::iterations::{Iterations, limit_by_size};
 use crate::network::{Network, Subsystem};
-use crate::sets::noise_support;
+use crate::rounding::{Reserve, Rounding};
+use crate::sets::{Sets, noise_support};
 use crate::sharing::spread;
 use crate::sizing::{Sizing, SubsystemSizing};
-use condense::Condensed;
+use condense::{Condensed, TwoSided};
 pub use reference::ReferenceProblem;
-use stages::Stages;
+pub(crate) use stages::Stages;
 pub use stages::{Bound, NO_ROW, Stage};
 
 /// After this point: every Hessian is positive definite, every entry finite, and no row is kept that no admissible
@@ -84,6 +85,8 @@ pub struct Row {
     pub extent: usize,
     /// The scaled row over dx_N of a terminal row; empty for the others.
     pub end: DVector<f64>,
+    /// How far beyond its limits the scaled row may be; nothing in double precision.
+    pub reserve: Reserve,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -102,12 +105,13 @@ pub enum RowKind {
 
 impl Problems {
     /// # Errors
-    /// E0501 a Hessian is not positive definite in double precision, E0502 an entry is not finite, E0503 q = 1 with
+    /// E0132 rounding takes a row of single precision as a whole, E0501 a Hessian is not positive definite in double precision, E0502 an entry is not finite, E0503 q = 1 with
     /// more outputs in one subsystem than its ball has facets for.
-    pub fn new(network: &Network, gains: &Gains, sizing: &Sizing) -> Result<Self, Diagnostics> {
+    pub fn new(network: &Network, gains: &Gains, sets: &Sets, sizing: &Sizing) -> Result<Self, Diagnostics> {
         let one = |i: usize| -> Result<SubsystemProblems, Diagnostic> {
             let (s, g, sized) = (&network.subsystems[i], &gains.subsystems[i], &sizing.subsystems[i]);
-            let dpc = DpcProblem::new(s, g, sized, network)?;
+            let rounding = &sets.subsystems[i].rounding;
+            let dpc = DpcProblem::new(s, g, sized, (rounding, sizing.epsilon), network)?;
             Ok(SubsystemProblems { dpc, reference: ReferenceProblem::new(network, i, sized)?, iterations: None })
         };
         let subsystems = spread(network.subsystems.len(), one).into_iter().collect::<Result<_, _>>()?;
@@ -116,9 +120,23 @@ impl Problems {
 }
 
 impl DpcProblem {
-    fn new(s: &Subsystem, g: &SubsystemGains, sized: &SubsystemSizing, network: &Network) -> Result<Self, Diagnostic> {
+    fn new(
+        s: &Subsystem,
+        g: &SubsystemGains,
+        sized: &SubsystemSizing,
+        (rounding, epsilon): (&Rounding, f64),
+        network: &Network,
+    ) -> Result<Self, Diagnostic> {
         let N = network.horizon;
-        let condensed = Condensed::new(s, g, sized, N);
+        let condensed = Condensed::new(s, g, sized, rounding, N);
+        let empty = condensed.rows.iter().find(|row| row.lower > row.upper).map(TwoSided::name);
+        let lost =
+            sized.Y.max.iter().zip(&sized.Y.min).zip(&rounding.y).any(|((max, min), off)| max - min <= 4.0 * off);
+        let still = (epsilon <= 2.0 * rounding.y.sum() && rounding.is_some()).then(|| "epsilon".to_owned());
+        let lost = (lost && rounding.is_some()).then(|| "the range of an output".to_owned());
+        if let Some(what) = empty.or(still).or(lost) {
+            return Err(needs_double(network, s, &what));
+        }
         let (facets_before, pruned) = (condensed.facets(), prune::is_tried(&condensed, s, N));
         let condensed = prune::prune(condensed, s, sized, N, network.start_anywhere);
         let facets_after = condensed.facets();
@@ -166,7 +184,8 @@ impl DpcProblem {
             _ => DVector::zeros(0),
         };
         let (kind, ordinal, name) = (row.kind, row.ordinal, row.name());
-        self.rows.push(Row { kind, ordinal, name, offset: row.offset / size, extent, end });
+        let reserve = Reserve { exact: row.reserve.exact / size, slack: row.reserve.slack / size };
+        self.rows.push(Row { kind, ordinal, name, offset: row.offset / size, extent, end, reserve });
     }
 
     /// Puts the bounds of single states and inputs beside their stages; false where another row is among the state and input
@@ -263,6 +282,14 @@ fn indefinite(s: &Subsystem) -> Diagnostic {
         .at(s.places.or_header(&s.places.weights), "weights of this subsystem")
         .note("the Hessian of (34) lost its positive definiteness to rounding: Q, R and P differ by too many orders of magnitude")
         .help("choose Q and R closer to each other, or scale the units of states and inputs")
+}
+
+fn needs_double(network: &Network, s: &Subsystem, row: &str) -> Diagnostic {
+    let place = network.places.scalar.clone().unwrap_or_else(|| s.places.header.clone());
+    Diagnostic::error(code::SINGLE_PRECISION, format!("subsystem `{}` needs double precision", s.name))
+        .at(place, "every number is rounded to 24 bits")
+        .note(format!("rounding may take all of {row}"))
+        .help("write scalar = \"f64\", bound signals no more generously than they need, or leave more room (a larger reserve)")
 }
 
 fn not_finite(s: &Subsystem) -> Diagnostic {

@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::convex::{Invariant, Polytope, multiplier, multipliers, rpi_at_least};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::gains::{Gains, Proof, SubsystemGains};
-use crate::network::{Network, Subsystem};
+use crate::network::{CouplingConstraint, Network, Subsystem};
 use crate::optim::block_lu::BlockLu;
 use crate::optim::lyapunov::{Contraction, spectral_radius};
 use crate::optim::modes::modal_normals;
@@ -23,6 +23,7 @@ use crate::optim::perron::Perron;
 use crate::optim::responses::{Accuracy, power_sum, starts};
 use crate::optim::rounding::{sum_upper, up_to_digits};
 use crate::optim::sparse::Sparse;
+use crate::rounding::{Rounding, roundings};
 use crate::sharing::{Key, shared, spread};
 pub use exogenous::{Exogenous, least_offsets, noise_support, noise_through_gain};
 pub use outputs::{OutputShare, OutputShares};
@@ -58,6 +59,8 @@ pub struct SubsystemSets {
     pub terminal: Shape,
     /// |w_k| <= floor_k: the part of W_i that stands for finite arithmetic; see [`FLOOR`].
     pub floor: DVector<f64>,
+    /// What else is kept back for what the controllers round.
+    pub rounding: Rounding,
     /// The rest of W_i that no neighbour has a part in.
     pub exogenous: Exogenous,
     /// Natural size of each state, coupling output and output: where caps and smallest sizes are taken from.
@@ -152,23 +155,25 @@ impl Sets {
         }
         let zeta = nominal_zeta(network, &small_gain, &z);
         let scales = scales(network, gains);
-        let references = references(network, gains, &scales)?;
-        let (shapes, rho_on_normals) = tubes(network, gains, &zeta, &z)?;
+        let rounding = roundings(network, gains)?;
+        let references = references(network, gains, &scales, &rounding)?;
+        let (shapes, rho_on_normals) = tubes(network, gains, &rounding, &zeta, &z)?;
         let terminals = terminals(network, gains)?;
-        let shares = references.shares(network, gains, sums);
+        let shares = shares(network, gains, &references, &rounding, sums);
         if sums == Sums::Proved {
             references::check_charges(network, gains, &shares)?;
         }
         let outputs = references.outputs(network, sums);
-        let parts = shapes.into_iter().zip(terminals).zip(scales).zip(shares).zip(outputs).enumerate();
-        let part = |(i, ((((tube, terminal), scales), (x_rows, u_rows)), outputs))| {
+        let parts = shapes.into_iter().zip(terminals).zip(scales).zip(shares).zip(outputs).zip(rounding).enumerate();
+        let part = |(i, (((((tube, terminal), scales), (x_rows, u_rows)), outputs), rounding))| {
             let (s, g): (&Subsystem, _) = (&network.subsystems[i], &gains.subsystems[i]);
-            let exogenous = Exogenous::new(s, g, network.horizon);
-            SubsystemSets { tube, terminal, floor: floor(s), exogenous, scales, x_rows, u_rows, outputs }
+            let exogenous = Exogenous::new(s, g, &rounding, network.horizon);
+            let floor = floor(s);
+            SubsystemSets { tube, terminal, floor, rounding, exogenous, scales, x_rows, u_rows, outputs }
         };
-        let subsystems = parts.map(part).collect();
+        let subsystems: Vec<SubsystemSets> = parts.map(part).collect();
         let coupling = references.coupling(network);
-        let coupling_loads = references.coupling_loads(network);
+        let coupling_loads = coupling_constants(network, &references, &subsystems);
         let z_offset = z[..network.subsystems.len()].to_vec();
         Ok(Self { subsystems, small_gain, rho_small_gain, rho_on_normals, z_offset, coupling, coupling_loads })
     }
@@ -179,17 +184,48 @@ impl Sets {
     /// E0304 the steady states cannot be computed to working accuracy.
     pub fn with_references(&self, network: &Network, gains: &Gains, sums: Sums) -> Result<Self, Diagnostics> {
         let scales: Vec<_> = self.subsystems.iter().map(|sets| sets.scales.clone()).collect();
-        let references = references(network, gains, &scales)?;
+        let rounding = roundings(network, gains)?;
+        let references = references(network, gains, &scales, &rounding)?;
         let mut sets = self.clone();
         sets.coupling = references.coupling(network);
-        sets.coupling_loads = references.coupling_loads(network);
-        let shares = references.shares(network, gains, sums);
+        let shares = shares(network, gains, &references, &rounding, sums);
         let outputs = references.outputs(network, sums);
-        for ((subsystem, (x_rows, u_rows)), outputs) in sets.subsystems.iter_mut().zip(shares).zip(outputs) {
+        let parts = sets.subsystems.iter_mut().zip(shares).zip(outputs).zip(rounding);
+        for (((subsystem, (x_rows, u_rows)), outputs), rounding) in parts {
             (subsystem.x_rows, subsystem.u_rows, subsystem.outputs) = (x_rows, u_rows, outputs);
+            subsystem.rounding = rounding;
         }
+        sets.coupling_loads = coupling_constants(network, &references, &sets.subsystems);
         Ok(sets)
     }
+}
+
+/// The shares of the references in the rows of X_i and U_i, as they are stored.
+fn shares(
+    network: &Network,
+    gains: &Gains,
+    references: &References,
+    rounding: &[Rounding],
+    sums: Sums,
+) -> Vec<references::Shares> {
+    let mut shares = references.shares(network, gains, sums);
+    for ((_, u_rows), (s, rounding)) in shares.iter_mut().zip(network.subsystems.iter().zip(rounding)) {
+        let rounded = s.U.H.abs() * &rounding.u_ref;
+        u_rows.iter_mut().zip(&rounded).for_each(|(share, rounded)| share.load += rounded);
+    }
+    shares
+}
+
+/// What loads, and the rounding of references, take of each coupling constraint. Shares (28) that are off by delta each let k_h exceed
+/// l~_h by up to 2 n_h delta.
+fn coupling_constants(network: &Network, references: &References, subsystems: &[SubsystemSets]) -> Vec<f64> {
+    let rounded = |c: &CouplingConstraint| {
+        let share = c.H.iter().map(|(&j, H)| H.abs().dot(&subsystems[j].rounding.y)).sum::<f64>();
+        let limit = network.scalar.share_kept() * c.l;
+        2.0 * c.H.len() as f64 * (share + limit)
+    };
+    let loads = references.coupling_loads(network).into_iter();
+    loads.zip(&network.coupling_constraints).map(|(load, c)| load + rounded(c)).collect()
 }
 
 /// S of Assumption 4 with its spectral radius; rows of subsystem i depend on K_i alone.
@@ -233,9 +269,14 @@ fn radius(S: &Sparse) -> f64 {
 /// Largest size of matrices over the coupling outputs that are dense.
 const DENSE: usize = 100;
 
-fn references(network: &Network, gains: &Gains, scales: &[Scales]) -> Result<References, Diagnostics> {
+fn references(
+    network: &Network,
+    gains: &Gains,
+    scales: &[Scales],
+    rounding: &[Rounding],
+) -> Result<References, Diagnostics> {
     let caps = || DVector::from_vec(scales.iter().flat_map(|scales| scales.y_cap.iter().copied()).collect());
-    References::new(network, gains, caps)
+    References::new(network, gains, rounding, caps)
 }
 
 /// Of every subsystem. Caps that the rows of X_i leave cost linear programs and are of use in large networks only, where small
@@ -266,7 +307,8 @@ pub fn small_gain_rows(
 /// # Errors
 /// E0304 the steady states cannot be computed to working accuracy.
 pub fn worst_reference_share(network: &Network, gains: &Gains) -> Result<f64, Diagnostics> {
-    let references = references(network, gains, &scales(network, gains))?;
+    let rounding = roundings(network, gains)?;
+    let references = references(network, gains, &scales(network, gains), &rounding)?;
     let mut worst: f64 = 0.0;
     for (s, (x_rows, u_rows)) in network.subsystems.iter().zip(references.shares(network, gains, Sums::Estimated)) {
         let rows = x_rows.iter().zip(&s.X.h).chain(u_rows.iter().zip(&s.U.h));
@@ -363,15 +405,21 @@ fn nominal_zeta(network: &Network, S: &Sparse, z: &[usize]) -> DVector<f64> {
 
 /// Normals and nominal tube of every subsystem, with the radius of the small gain on these normals. More powers of
 /// F_ii are added as normals until that radius is below 1.
-fn tubes(network: &Network, gains: &Gains, zeta: &DVector<f64>, z: &[usize]) -> Result<(Vec<Shape>, f64), Diagnostics> {
+fn tubes(
+    network: &Network,
+    gains: &Gains,
+    rounding: &[Rounding],
+    zeta: &DVector<f64>,
+    z: &[usize],
+) -> Result<(Vec<Shape>, f64), Diagnostics> {
     let mut last = f64::INFINITY;
     for fewest in 0..MORE_POWERS {
         let key = |i: usize| {
             let s = &network.subsystems[i];
             let imported = s.L.keys().map(|&j| zeta.rows(z[j], z[j + 1] - z[j]).into_owned());
-            imported.fold(shape_key(network, gains, i), |key, zeta| key.vector(&zeta))
+            imported.fold(shape_key(network, gains, i).vector(&rounding[i].w), |key, zeta| key.vector(&zeta))
         };
-        let tube = |i: usize| tube(network, gains, i, fewest, zeta, z);
+        let tube = |i: usize| tube(network, gains, &rounding[i], i, fewest, zeta, z);
         let made = shared(network.subsystems.len(), key, tube);
         let shapes: Vec<Shape> = all_or(made, |i| no_invariant_set(network, gains, i, "E_i"))?;
         last = radius(&loop_matrix(network, gains, &shapes, z));
@@ -395,9 +443,17 @@ fn shape_key(network: &Network, gains: &Gains, i: usize) -> Key {
     }
 }
 
-fn tube(network: &Network, gains: &Gains, i: usize, fewest: usize, zeta: &DVector<f64>, z: &[usize]) -> Option<Shape> {
+fn tube(
+    network: &Network,
+    gains: &Gains,
+    rounding: &Rounding,
+    i: usize,
+    fewest: usize,
+    zeta: &DVector<f64>,
+    z: &[usize],
+) -> Option<Shape> {
     let (s, g) = (&network.subsystems[i], &gains.subsystems[i]);
-    let exogenous = Exogenous::new(s, g, network.horizon);
+    let exogenous = Exogenous::new(s, g, rounding, network.horizon);
     let r = |P: &DMatrix<f64>| (disturbance(P, s, zeta, z) + exogenous.support(P), least_offsets(P, s));
     shape(s, g, fewest, network.wishes.facet_loss, r)
 }
@@ -695,8 +751,10 @@ mod tests {
         let (S, _) = small_gain_matrix(&network, &gains.subsystems);
         // As in a large network: to two digits.
         let zeta = nominal_zeta(&network, &S, &z).map(|zeta| up_to_digits(zeta, 2));
-        let (shared, _) = tubes(&network, &gains, &zeta, &z).unwrap();
-        let shapes = |i: usize| (format!("{:?}", shared[i]), format!("{:?}", tube(&network, &gains, i, 0, &zeta, &z)));
+        let rounding = roundings(&network, &gains).unwrap();
+        let (shared, _) = tubes(&network, &gains, &rounding, &zeta, &z).unwrap();
+        let alone = |i: usize| tube(&network, &gains, &rounding[i], i, 0, &zeta, &z);
+        let shapes = |i: usize| (format!("{:?}", shared[i]), format!("{:?}", alone(i)));
         (0..6).map(shapes).for_each(|(shared, alone)| assert_eq!(format!("Some({shared})"), alone));
         assert_eq!(shapes(0).0, shapes(2).0);
         assert_ne!(shapes(0).0, shapes(1).0);

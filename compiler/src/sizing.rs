@@ -30,8 +30,9 @@ use nalgebra::{DMatrix, DVector};
 use crate::convex::{Box, Invariant, Multiplier, Polytope, Strips, Zonotope, multipliers, rpi_at_least};
 use crate::diagnostic::{Diagnostics, code};
 use crate::gains::{Gains, Proof};
-use crate::network::Network;
+use crate::network::{Network, Scalar};
 use crate::optim::conic::Answer;
+use crate::rounding::SignalRow;
 use crate::sets::{Sets, closed_loop_z, floor_support, import_gain, least_offsets, noise_through_gain};
 use crate::sharing::spread;
 use program::{Asks, Goal, Program};
@@ -50,6 +51,8 @@ pub struct Sizing {
     pub l_tilde: Vec<f64>,
     /// What the program maximised, at its solution: the weighted sum of logarithms of [`crate::network::Wishes`].
     pub objective: f64,
+    /// In single precision, the volume of the product of the Y_i relative to that in double precision; `None` in a large network.
+    pub rounded: Option<f64>,
     /// Every inclusion that Theorem 1 leans on, with what is left of it.
     pub slacks: Vec<Slack>,
     /// What another reserve would mean, for the summary; the chosen point has `reserve` 1. Empty for large networks.
@@ -148,6 +151,11 @@ impl Failure {
 }
 
 impl Sizing {
+    /// Of the product of the Y_i.
+    fn y_volume(&self) -> f64 {
+        self.subsystems.iter().map(|s| s.Y.volume()).product()
+    }
+
     /// # Errors
     /// E0406 disturbances and measurement errors, E0401 epsilon leave no room for any set-point, E0407 a wanted margin, E0402 the wanted reserve,
     /// E0403 the set-points to cover are out of reach (each with the largest value that is not), E0404 the program could not be solved, E0405 an
@@ -165,14 +173,17 @@ impl Sizing {
         settle::admit_drift(&context, &program, &mut sizing);
         if !context.is_large() {
             sizing.trade = trade(&context, &program, &sizing);
+            sizing.rounded = rounded(&context, &sizing);
         }
         Ok(sizing)
     }
 }
 
-/// D_zi K_i V in z_i, and K_i V in the rows of U_i: (21'), (22') of [`crate::sets::exogenous`].
+/// What the rows of Z_i, X_i and U_i lose to measurement errors, D_zi K_i V and K_i V: (21'), (22') of [`crate::sets::exogenous`],
+/// and to rounding: [`crate::rounding`].
 struct Noise {
     z: DVector<f64>,
+    x: DVector<f64>,
     u: DVector<f64>,
 }
 
@@ -297,7 +308,28 @@ impl Context<'_> {
     /// What the measurement error adds to the coupling outputs and to the rows of U_i, besides its part in W_i.
     fn noise(&self, i: usize) -> Noise {
         let (s, g) = (&self.network.subsystems[i], &self.gains.subsystems[i]);
-        Noise { z: noise_through_gain(&s.Dz, s, g), u: noise_through_gain(&s.U.H, s, g) }
+        let rounding = &self.sets.subsystems[i].rounding;
+        let of_x = |r: usize| rounding.charge(&SignalRow::of_states(s, s.X.H.row(r).transpose()), s.X.h[r]);
+        let of_u = |r: usize| rounding.charge(&SignalRow::of_inputs(s, s.U.H.row(r).transpose()), s.U.h[r]);
+        Noise {
+            z: noise_through_gain(&s.Dz, s, g) + s.Dz.abs() * &rounding.u + &rounding.z,
+            x: DVector::from_fn(s.X.h.len(), |r, _| of_x(r)),
+            u: noise_through_gain(&s.U.H, s, g)
+                + s.U.H.abs() * &rounding.u
+                + DVector::from_fn(s.U.h.len(), |r, _| of_u(r)),
+        }
+    }
+
+    /// What (24) loses to rounding in the rows P.
+    fn rounded(&self, i: usize, P: &DMatrix<f64>) -> DVector<f64> {
+        let (s, rounding) = (&self.network.subsystems[i], &self.sets.subsystems[i].rounding);
+        DVector::from_fn(P.nrows(), |r, _| rounding.step(&SignalRow::of_states(s, P.row(r).transpose())))
+    }
+
+    /// What Delta_i^z of this half-width keeps back in coupling output k.
+    fn kept_back(&self, i: usize, k: usize, dz: f64) -> f64 {
+        let (s, rounding) = (&self.network.subsystems[i], &self.sets.subsystems[i].rounding);
+        rounding.charge(&SignalRow::of_output(s, k), dz)
     }
 
     fn proofs(&self, i: usize, tube: &Invariant, terminal: &Invariant) -> Option<Proofs> {
@@ -357,8 +389,19 @@ impl Proofs {
 /// Factors on the chosen reserve that the summary shows.
 const TRADE: [f64; 7] = [0.1, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0];
 
+/// What is left of the set-points that double precision would have.
+fn rounded(context: &Context, sizing: &Sizing) -> Option<f64> {
+    let network = Network { scalar: Scalar::Double, ..context.network.clone() };
+    if context.network.scalar == Scalar::Double {
+        return None;
+    }
+    let sets = Sets::new(&network, context.gains).ok()?;
+    let double = Sizing::new(&network, context.gains, &sets).ok()?;
+    Some(sizing.y_volume() / double.y_volume())
+}
+
 fn trade(context: &Context, program: &Program, sizing: &Sizing) -> Vec<TradePoint> {
-    let chosen: f64 = sizing.subsystems.iter().map(|s| s.Y.volume()).product();
+    let chosen = sizing.y_volume();
     let point = |reserve: f64| {
         let dz = sizing.subsystems.iter().map(|s| &s.dz * reserve).collect();
         let asks = Asks { epsilon: Some(sizing.epsilon), dz: Some(dz), ..Asks::default() };

@@ -8,7 +8,7 @@ mod value;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Source, code};
 use crate::gains::GainChoice;
-use crate::network::{Norm, Signal};
+use crate::network::{Norm, Scalar, Signal};
 pub(crate) use nearest::did_you_mean;
 use table::Table;
 use toml::de::DeTable;
@@ -26,6 +26,7 @@ pub struct Spec {
     pub reference: Reference,
     pub sizing: Sizing,
     pub gains: Option<At<GainChoice>>,
+    pub scalar: Option<At<Scalar>>,
     pub start_anywhere: Option<At<bool>>,
     pub collective: Option<Collective>,
     /// In the order of the file.

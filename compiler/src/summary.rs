@@ -8,7 +8,7 @@ use crate::convex::Polytope;
 use crate::design::Design;
 use crate::emit::Emitted;
 use crate::gains::{Layer, origin};
-use crate::network::{NamedPolytope, Network, Norm, Signal, Subsystem};
+use crate::network::{NamedPolytope, Network, Norm, Scalar, Signal, Subsystem};
 use crate::notices::notices;
 use crate::problems::DpcProblem;
 use crate::sets::{ReferenceShare, SubsystemSets};
@@ -36,6 +36,7 @@ impl fmt::Display for Summary<'_> {
             self.assumptions(),
             self.tuning(),
             self.references(),
+            self.arithmetic(),
             self.subsystems(),
             self.coupling(),
             self.slacks(),
@@ -141,6 +142,16 @@ impl Summary<'_> {
     }
 
     /// All, or of a large network those whose set-points use least of their bounds.
+    /// What single precision costs.
+    fn arithmetic(&self) -> Vec<String> {
+        if self.design.network.scalar == Scalar::Double {
+            return Vec::new();
+        }
+        let lost = |share: f64| format!("; it takes {:.1} % of the volume of Y", 100.0 * (1.0 - share));
+        let lost = self.design.sizing.rounded.map(lost).unwrap_or_default();
+        vec![format!("Arithmetic in f32: rounding is charged to every set{lost}")]
+    }
+
     fn subsystems(&self) -> Vec<String> {
         let count = self.design.network.subsystems.len();
         if count <= MOST_SHOWN {

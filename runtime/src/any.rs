@@ -3,6 +3,9 @@
 
 use super::{Real, precision};
 
+/// By how much of a limit a start may exceed it and still be taken to be inside.
+pub const KEPT: Real = precision::KEPT;
+
 mod changing;
 mod controller;
 mod factor;

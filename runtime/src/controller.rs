@@ -9,7 +9,7 @@ use super::problem::Plan;
 use super::reference::{ReferenceLayer, Share};
 use super::solver::{Outcome, Solver, WorkingSet};
 use super::start::SteadyState;
-use super::tables::{CouplingRow, Tables};
+use super::tables::{CouplingRow, DpcProblem, Tables};
 use super::trajectory::Trajectory;
 use super::{Real, precision};
 use crate::delivery::Delivery;
@@ -27,7 +27,7 @@ const STANDSTILL: Real = 1e-3;
 
 /// The shifted candidate counts as feasible up to this, as [`Instance::admits`](super::problem::Instance::admits) takes
 /// it: it carries the rounding errors of all steps since the last solution.
-const CANDIDATE: Real = precision::KEPT;
+const CANDIDATE: Real = precision::CANDIDATE;
 
 /// The controller of one subsystem: everything it remembers from step to step.
 ///
@@ -496,22 +496,19 @@ impl<
         if !instance.is_finite() {
             return Control::NotFinite;
         }
-        match self.solver.solve(&instance, &self.candidate.active, self.max_iterations) {
-            Outcome::Optimal { iterations } => {
-                self.keep();
-                Control::Optimal { iterations, active: self.solver.rows().count() }
+        let outcome = self.solver.solve(&instance, &self.candidate.active, self.max_iterations);
+        if let Outcome::Optimal { iterations } = outcome {
+            self.present.keep(problem, &self.solver);
+            if !precision::CHECKED || instance.admits_plan(self.plan(), CANDIDATE) {
+                return Control::Optimal { iterations, active: self.solver.rows().count() };
             }
+            self.present = Present::Candidate;
+        }
+        match outcome {
             _ if instance.admits_plan(&self.candidate.plan, CANDIDATE) => Control::Candidate,
             Outcome::Infeasible { row } => Control::Infeasible { row },
-            Outcome::IterationLimit => Control::IterationLimit,
+            Outcome::Optimal { .. } | Outcome::IterationLimit => Control::IterationLimit,
         }
-    }
-
-    /// Plans what was solved.
-    #[inline(never)]
-    fn keep(&mut self) {
-        let (plan, active) = (self.tables.problem.plan(self.solver.w()), self.solver.working_set());
-        self.present = Present::Solved(Planned { plan, active });
     }
 
     /// Makes this period's plan the next one's candidate.
@@ -651,6 +648,18 @@ impl<
         let newest = self.trajectory.newest();
         let z_ref = newest.coupling_output(&self.tables.model);
         Message { step, y_ref: newest.y, z_ref, certified, plan: self.announced }
+    }
+}
+
+impl<const NX: usize, const NU: usize, const N: usize, const NV: usize> Present<NX, NU, N, NV> {
+    /// Plans what was solved.
+    #[inline(never)]
+    fn keep<const NR: usize, const NT: usize, const NS: usize, const NQ: usize>(
+        &mut self,
+        problem: &DpcProblem<NX, NU, N, NV, NR, NT, NS, NQ>,
+        solver: &Solver<NV>,
+    ) {
+        *self = Self::Solved(Planned { plan: problem.plan(solver.w()), active: solver.working_set() });
     }
 }
 

@@ -20,9 +20,17 @@ pub(crate) mod precision {
     pub const SUMS: f64 = 1e-12;
     /// A limit counts as kept that is exceeded by no more than this share of it: the rounding errors of many steps.
     pub const KEPT: f64 = 1e-9;
+    /// The same of the rows of an i-DPC problem, relative to the magnitude of the limit plus the largest |w_k|. The design has ten
+    /// times that in reserve.
+    pub const CANDIDATE: f64 = 1e-9;
+    /// Whether a solution is looked at once more before it is used: the thresholds above are far below what the design has in
+    /// reserve.
+    pub const CHECKED: bool = false;
     /// Products of numbers below this do not overflow.
     pub const LARGEST: f64 = 1e100;
     pub const HORIZON: f64 = 1e6;
+    /// What a step of references keeps off its limits and off epsilon, relative, so that rounding does not take it beyond.
+    pub const AIM: f64 = 0.0;
 
     /// Within 7 % of the root of a positive number that is not subnormal.
     pub fn half_exponent(value: f64) -> f64 {

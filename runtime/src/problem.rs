@@ -1,5 +1,7 @@
 //! The i-DPC problem (33)-(36) for the parameters of one step.
 
+use core::iter::repeat;
+
 use super::linear::{add, add_scaled, dot, dot_of, finite, larger, largest, shift_in, subtract, times};
 use super::solver::{Glance, Row, Rows, Side, TOLERANCE, WorkingSet, Worst};
 use super::tables::{Bounds, DpcProblem, Model, StageRow};
@@ -242,14 +244,16 @@ impl<
         self.admits(&self.problem.unknowns(plan), tolerance)
     }
 
-    /// Whether `w` is finite and violates no row by more than `tolerance` times (the row's scale + the largest |w_k|).
+    /// Whether `w` is finite and violates no row by more than its [`slack`](DpcProblem::slack) plus `tolerance` times (its scale +
+    /// the largest |w_k|).
     pub fn admits(&self, w: &[Real; NV], tolerance: Real) -> bool {
         let size = largest(w);
-        let satisfied = |row: Row<'_>| {
+        let slack = self.problem.slack.iter().copied().chain(repeat(0.0));
+        let satisfied = |(row, slack): (Row<'_>, Real)| {
             let value = dot_of(row.normal, w);
-            (row.lower - value).max(value - row.upper) <= tolerance * (row.scale + size)
+            (row.lower - value).max(value - row.upper) <= slack + tolerance * (row.scale + size)
         };
-        finite(w) && self.iter().all(satisfied)
+        finite(w) && self.iter().zip(slack).all(satisfied)
     }
 
     /// What makes the constraint of row `index` past the tube rows one on deviations.
@@ -577,6 +581,7 @@ mod tests {
             V,
             gram: &[],
             extent: [10; 5],
+            slack: &[],
             lower: [-1.0; 5],
             upper: [1.0, 1.0, 1.0, Real::INFINITY, 1.0],
             tube: [[1.0, 2.0]],

@@ -115,11 +115,17 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize, const N
         let wish = self.wish(previous, set_point);
         let mut step = self.nearest(&room, &wish, 0.0)?;
         let length = |step: &[Real; NY]| sqrt(dot(step, step));
-        if self.euclidean && length(&step) > self.epsilon {
+        if self.euclidean && length(&step) > self.reach() {
             step = self.on_ball(&room, &wish)?;
         }
-        let next = add(previous, &self.trimmed(&room, step));
-        finite(&next).then_some(next)
+        let step = self.trimmed(&room, step);
+        if !precision::CHECKED {
+            let next = add(previous, &step);
+            return finite(&next).then_some(next);
+        }
+        // What rounding still takes beyond a limit would add up from step to step: a shorter step then, or none.
+        let shorter = [1.0, 0.5, 0.25, 0.125].map(|part| add(previous, &step.map(|entry| part * entry)));
+        shorter.into_iter().find(|next| self.admits(previous, next, coupling, changing))
     }
 
     fn epsilon(&self) -> Real {
@@ -165,6 +171,29 @@ struct Objective<const NY: usize> {
 }
 
 impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Nearest<NY, NA, NB, NC> {
+    /// Whether `next` exceeds no limit, as far as this arithmetic can tell, or none by more than `previous` does.
+    fn admits<const NH: usize>(
+        &self,
+        previous: &[Real; NY],
+        next: &[Real; NY],
+        coupling: &[Real; NC],
+        changing: &[Share<NY>; NH],
+    ) -> bool {
+        let step = subtract(next, previous);
+        let kept = |row: &[Real; NY], limit: Real| dot(row, next) <= limit.max(dot(row, previous));
+        let set = self.set.iter().zip(&self.set_limit).all(|(row, limit)| kept(row, *limit));
+        let shares = self.coupling.iter().zip(coupling).all(|(row, limit)| kept(row, *limit));
+        let redrawn = changing.iter().all(|share| kept(&share.own, share.limit));
+        let rate = self.rate.iter().all(|row| dot(row, &step) <= self.epsilon);
+        let ball = !self.euclidean || dot(&step, &step) <= self.epsilon * self.epsilon;
+        finite(next) && set && shares && redrawn && rate && ball
+    }
+
+    /// Epsilon, less what rounding of a step may take.
+    fn reach(&self) -> Real {
+        (self.epsilon * (1.0 - 100.0 * precision::AIM)).max(0.0)
+    }
+
     fn room<const NH: usize>(
         &self,
         previous: &[Real; NY],
@@ -173,9 +202,9 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Nearest
     ) -> Room<NY, NA, NB, NC, NH> {
         Room {
             set: room(&self.set, &self.set_limit, previous),
-            rate: [self.epsilon.max(0.0); NB],
+            rate: [self.reach(); NB],
             coupling: room(&self.coupling, coupling, previous),
-            changing: changing.map(|Share { own, limit }| Share { own, limit: (limit - dot(&own, previous)).max(0.0) }),
+            changing: changing.map(|Share { own, limit }| Share { own, limit: free(&own, limit, previous) }),
         }
     }
 
@@ -263,12 +292,13 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Nearest
             *pull *= weight;
         }
         let mut low = 0.0;
-        let mut high = sqrt(dot(&pull, &pull)) / self.epsilon;
+        let reach = self.reach();
+        let mut high = sqrt(dot(&pull, &pull)) / reach;
         let mut inside = self.nearest(room, wish, high)?;
         for _ in 0..BISECTIONS {
             let middle = 0.5 * (low + high);
             let step = self.nearest(room, wish, middle)?;
-            if dot(&step, &step) > self.epsilon * self.epsilon {
+            if dot(&step, &step) > reach * reach {
                 low = middle;
             } else {
                 high = middle;
@@ -289,7 +319,7 @@ impl<const NY: usize, const NA: usize, const NB: usize, const NC: usize> Nearest
         }
         // Shrinking keeps every row: not moving satisfies all of them.
         let length = sqrt(dot(&step, &step));
-        let part = if self.euclidean && length > self.epsilon { self.epsilon / length } else { 1.0 };
+        let part = if self.euclidean && length > self.reach() { self.reach() / length } else { 1.0 };
         step.map(|entry| part * entry)
     }
 }
@@ -314,9 +344,19 @@ fn room<const NY: usize, const COUNT: usize>(
 ) -> [Real; COUNT] {
     let mut room = *limits;
     for (room, row) in room.iter_mut().zip(rows) {
-        *room = (*room - dot(row, previous)).max(0.0);
+        *room = free(row, *room, previous);
     }
     room
+}
+
+/// What is left of a limit, less what rounding of the sums may take.
+fn free<const NY: usize>(row: &[Real; NY], limit: Real, previous: &[Real; NY]) -> Real {
+    let left = limit - dot(row, previous);
+    if precision::AIM == 0.0 {
+        return left.max(0.0);
+    }
+    let size = row.iter().zip(previous).fold(limit.abs(), |size, (h, y)| size + (h * y).abs());
+    (left - precision::AIM * size).max(0.0)
 }
 
 impl<const NY: usize> Half<NY> {

@@ -17,7 +17,8 @@ pub enum Control {
         /// Rows that hold with equality.
         active: usize,
     },
-    /// The iteration budget ran out, or the solver's numerical thresholds took the problem for infeasible, and the shifted
+    /// The iteration budget ran out, or the solver's numerical thresholds took the problem for infeasible or (in single precision)
+    /// its solution for one that rounding may have spoilt, and the shifted
     /// candidate (47) was used instead. Input: (38) of the candidate. No assumption broke: the guarantee holds, and the cost
     /// still falls.
     ///
@@ -25,7 +26,9 @@ pub enum Control {
     /// |w_k|, which allows for the rounding errors of all steps since the last solution. The design has room for that: it
     /// makes the tubes for W_i and twice the rounding floor, 1e-8 of the bounds of each state (see (18) in the compiler),
     /// of which the plant needs next to nothing: from within E_i it ends a step that far inside E_i around the candidate.
-    /// An input has this room through K_i only; where K_i is 0, its limit is kept to these 1e-9.
+    /// An input has this room through K_i only; where K_i is 0, its limit is kept to these 1e-9. In single precision the check is
+    /// against what the tables state per row, [`slack`](crate::single::tables::DpcProblem::slack), and the design has all of it in
+    /// reserve.
     Candidate,
     /// The i-DPC problem has no solution, and the shifted candidate is none either: the disturbance left W_i (a neighbour's
     /// z left its zref by more than Z_i, or the plant is not the model), or the start was not feasible. Input: (38) of the

@@ -186,6 +186,9 @@ pub struct DpcProblem<
     pub extent: [u16; NR],
     pub lower: [Real; NR],
     pub upper: [Real; NR],
+    /// How far beyond its limits each row may be for the shifted candidate to be used, or in single precision for any solution:
+    /// the rounding errors that the design has in reserve for it. Empty in double precision, where 1e-9 of its magnitude is enough.
+    pub slack: &'static [Real],
     pub tube: [[Real; NX]; NT],
     pub state: [StageRow<NX>; NS],
     pub input: [StageRow<NU>; NQ],

@@ -4,6 +4,10 @@ pub mod four_tank {
     include!(concat!(env!("METAL_EMITTED", "see .ci/metal"), "/four_tank/mod.rs"));
 }
 
+pub mod four_tank_single {
+    include!(concat!(env!("METAL_EMITTED", "see .ci/metal"), "/four_tank_single/mod.rs"));
+}
+
 pub mod mass_chain {
     include!(concat!(env!("METAL_EMITTED", "see .ci/metal"), "/mass_chain/mod.rs"));
 }

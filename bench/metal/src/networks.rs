@@ -12,6 +12,12 @@ closed_loop! {
 }
 
 closed_loop! {
+    four_tank_single: f32, 600 steps, set 4.0;
+    left { right: FROM_RIGHT }
+    right { left: FROM_LEFT }
+}
+
+closed_loop! {
     mass_chain: f64, 200 steps, set 0.02;
     mass_1 { mass_2: FROM_MASS_2 }
     mass_2 { mass_1: FROM_MASS_1, mass_3: FROM_MASS_3 }
@@ -28,5 +34,6 @@ closed_loop! {
 /// Runs all of them, and reports each.
 pub fn run_all(board: &mut impl Board) {
     four_tank(board).report("four_tank, f64", board);
+    four_tank_single(board).report("four_tank, f32", board);
     mass_chain(board).report("mass_chain, f64", board);
 }

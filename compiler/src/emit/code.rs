@@ -1,6 +1,6 @@
 //! The first half of an emitted file: sizes, names, types and links.
 
-use proc_macro2::{Literal, TokenStream};
+use proc_macro2::{Ident, Literal, TokenStream};
 use quote::{ToTokens, format_ident, quote};
 
 use super::monitors::has_noise;
@@ -9,6 +9,7 @@ use super::node::{Neighbour, Node, labelled, labels};
 use super::starts::{self, may_start};
 use crate::design::Design;
 use crate::gains::Proof;
+use crate::network::Scalar;
 use crate::problems::ReferenceProblem;
 
 /// Version of the runtime whose tables the emitted files fill: major, minor.
@@ -20,6 +21,11 @@ pub fn header(design: &Design, what: &str) -> String {
     let (major, minor) = RUNTIME;
     let effort =
         design.tuning.as_ref().map(|tuning| format!(" --effort {}", tuning.effort.level())).unwrap_or_default();
+    let scalar = if design.network.scalar != stated_scalar(design) {
+        format!(" --scalar {}", design.network.scalar.name())
+    } else {
+        String::new()
+    };
     let start = design.start.as_ref().and_then(|plan| plan.start.file.as_ref());
     let start = start.map(|path| format!(" --start {}", file_name(path))).unwrap_or_default();
     let samples = design.samples.map(|samples| format!(" --iterations {samples}")).unwrap_or_default();
@@ -28,12 +34,19 @@ pub fn header(design: &Design, what: &str) -> String {
          //\n\
          // Written by dpc-codegen {} from {file}; do not edit. To make it again:\n\
          //\n\
-         //     dpc-codegen {file} --out {folder}{effort}{start}{samples}\n\
+         //     dpc-codegen {file} --out {folder}{effort}{scalar}{start}{samples}\n\
          //\n\
          // Fits dpc-runtime {major}.{minor}. Numbers are in the units of {file}, as deviations from its operating point.\n",
         one_line(what),
         env!("CARGO_PKG_VERSION"),
     )
+}
+
+/// What the file says.
+fn stated_scalar(design: &Design) -> Scalar {
+    let place = design.network.places.scalar.clone();
+    let stated = place.and_then(|place| design.network.source.text.get(place));
+    stated.and_then(|text| text.trim_matches(['"', '\'']).parse().ok()).unwrap_or_default()
 }
 
 /// Name of the file the network was read from, without its folders: these differ between machines.
@@ -82,7 +95,8 @@ fn imports(node: &Node) -> Vec<TokenStream> {
     names.extend((sizes.ns + sizes.nq > 0).then_some("StageRow"));
     names.sort_unstable();
     let names = names.iter().map(|name| format_ident!("{name}"));
-    let tables = quote! { use dpc_runtime::tables::{#(#names),*}; };
+    let runtime = runtime(node);
+    let tables = quote! { use #runtime::tables::{#(#names),*}; };
     if node.design.start.is_none() {
         return vec![quote! { use dpc_runtime::StartError; }, tables];
     }
@@ -140,7 +154,7 @@ fn names(node: &Node) -> Vec<TokenStream> {
         constant(name, doc, quote!([&str; #size]), quote!([#(#names),*]))
     };
     let mut names = vec![
-        constant("SAMPLE_TIME", "Seconds per step.", quote!(f64), sample_time),
+        constant("SAMPLE_TIME", "Seconds per step.", real(node).to_token_stream(), sample_time),
         constant("NAME", "As the user wrote it.", quote!(&str), Literal::string(&model.name)),
         list("STATES", "Names of the states, with units.", "NX", labels(&model.states)),
         list("INPUTS", "Names of the inputs, with units.", "NU", labels(&model.inputs)),
@@ -165,22 +179,22 @@ fn constant(name: &str, doc: &str, ty: TokenStream, value: impl ToTokens) -> Tok
 
 /// Written out, since one parameter per line would take a screen.
 fn types(node: &Node) -> String {
-    let parameters = parameters(node);
+    let (parameters, runtime) = (parameters(node), runtime(node).to_string().replace(' ', ""));
     format!(
         "/// Reference-output layer (28)-(31).\n\
          pub type Reference = {};\n\
          /// Type of [`TABLES`].\n\
          pub type Parts = Tables<Reference, {parameters}>;\n\
          /// What this node remembers from step to step.\n\
-         pub type Controller = dpc_runtime::Controller<'static, Reference, {parameters}>;\n\
+         pub type Controller = {runtime}::Controller<'static, Reference, {parameters}>;\n\
          /// Collects the neighbours' messages between two steps.\n\
-         pub type Inbox = dpc_runtime::Inbox<NI, NJ, NB>;\n\
+         pub type Inbox = {runtime}::Inbox<NI, NJ, NB>;\n\
          /// What the neighbours hear, once per step.\n\
-         pub type Message = dpc_runtime::Message<NY, NZ>;\n\
+         pub type Message = {runtime}::Message<NY, NZ>;\n\
          /// What a step gives.\n\
-         pub type Step = dpc_runtime::Step<NX, NU, NY, NZ, NB>;\n\
+         pub type Step = {runtime}::Step<NX, NU, NY, NZ, NB>;\n\
          /// A state and an input to start from.\n\
-         pub type SteadyState = dpc_runtime::SteadyState<NX, NU>;\n{}{}",
+         pub type SteadyState = {runtime}::SteadyState<NX, NU>;\n{}{}",
         reference_parameters(node),
         if may_start(node) { STARTS } else { "" },
         [if node.loads().is_empty() { "" } else { LOADS }, if node.changing.is_empty() { "" } else { CHANGING }]
@@ -300,12 +314,13 @@ fn steady_state(node: &Node) -> TokenStream {
     if is_sparse(node) {
         return sparse_steady_state(node);
     }
+    let real = real(node);
     if node.network_loads() == 0 {
         return quote! {
             /// The state and input that this subsystem rests at when the outputs of the whole network rest at
             /// `outputs`, in the order of the columns of [`STEADY_X`].
-            pub fn steady_state(outputs: &[f64; NETWORK_NY]) -> SteadyState {
-                let at_rest = |row: &[f64; NETWORK_NY]| row.iter().zip(outputs).map(|(a, y)| a * y).sum();
+            pub fn steady_state(outputs: &[#real; NETWORK_NY]) -> SteadyState {
+                let at_rest = |row: &[#real; NETWORK_NY]| row.iter().zip(outputs).map(|(a, y)| a * y).sum();
                 SteadyState { x: STEADY_X.each_ref().map(at_rest), u: STEADY_U.each_ref().map(at_rest) }
             }
         };
@@ -313,9 +328,9 @@ fn steady_state(node: &Node) -> TokenStream {
     quote! {
         /// The state and input that this subsystem rests at when the outputs of the whole network rest at `outputs` under
         /// `loads`, in the order of the columns of [`STEADY_X`] and of [`STEADY_X_LOADS`].
-        pub fn steady_state(outputs: &[f64; NETWORK_NY], loads: &[f64; NETWORK_ND]) -> SteadyState {
-            let at_rest = |row: &[f64; NETWORK_NY]| row.iter().zip(outputs).map(|(a, y)| a * y).sum();
-            let under = |row: &[f64; NETWORK_ND]| row.iter().zip(loads).map(|(a, d)| a * d).sum::<f64>();
+        pub fn steady_state(outputs: &[#real; NETWORK_NY], loads: &[#real; NETWORK_ND]) -> SteadyState {
+            let at_rest = |row: &[#real; NETWORK_NY]| row.iter().zip(outputs).map(|(a, y)| a * y).sum();
+            let under = |row: &[#real; NETWORK_ND]| row.iter().zip(loads).map(|(a, d)| a * d).sum::<#real>();
             let mut steady = SteadyState { x: STEADY_X.each_ref().map(at_rest), u: STEADY_U.each_ref().map(at_rest) };
             steady.x.iter_mut().zip(&STEADY_X_LOADS).for_each(|(x, row)| *x += under(row));
             steady.u.iter_mut().zip(&STEADY_U_LOADS).for_each(|(u, row)| *u += under(row));
@@ -330,12 +345,14 @@ fn is_sparse(node: &Node) -> bool {
 }
 
 fn sparse_steady_state(node: &Node) -> TokenStream {
-    let sum = quote! { |row: &[(usize, f64)], values: &[f64]| row.iter().map(|(k, a)| a * values[*k]).sum::<f64>() };
+    let real = real(node);
+    let sum =
+        quote! { |row: &[(usize, #real)], values: &[#real]| row.iter().map(|(k, a)| a * values[*k]).sum::<#real>() };
     if node.network_loads() == 0 {
         return quote! {
             /// The state and input that this subsystem rests at when the outputs of the whole network rest at
             /// `outputs`, in the order of the modules.
-            pub fn steady_state(outputs: &[f64; NETWORK_NY]) -> SteadyState {
+            pub fn steady_state(outputs: &[#real; NETWORK_NY]) -> SteadyState {
                 let sum = #sum;
                 SteadyState { x: STEADY_X.map(|row| sum(row, outputs)), u: STEADY_U.map(|row| sum(row, outputs)) }
             }
@@ -344,7 +361,7 @@ fn sparse_steady_state(node: &Node) -> TokenStream {
     quote! {
         /// The state and input that this subsystem rests at when the outputs of the whole network rest at `outputs` under
         /// `loads`, both in the order of the modules.
-        pub fn steady_state(outputs: &[f64; NETWORK_NY], loads: &[f64; NETWORK_ND]) -> SteadyState {
+        pub fn steady_state(outputs: &[#real; NETWORK_NY], loads: &[#real; NETWORK_ND]) -> SteadyState {
             let sum = #sum;
             let mut steady =
                 SteadyState { x: STEADY_X.map(|row| sum(row, outputs)), u: STEADY_U.map(|row| sum(row, outputs)) };
@@ -353,6 +370,18 @@ fn sparse_steady_state(node: &Node) -> TokenStream {
             steady
         }
     }
+}
+
+/// `dpc_runtime`, or its part in single precision.
+pub fn runtime(node: &Node) -> TokenStream {
+    match node.scalar() {
+        Scalar::Double => quote!(dpc_runtime),
+        Scalar::Single => quote!(dpc_runtime::single),
+    }
+}
+
+fn real(node: &Node) -> Ident {
+    format_ident!("{}", node.scalar().name())
 }
 
 fn start_at(node: &Node) -> TokenStream {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::code::link_name;
+use super::code::{link_name, runtime};
 use super::names::module_names;
 use super::node::{Neighbour, Node};
 use super::starts::may_start;
@@ -21,9 +21,10 @@ pub const INITIAL: [&str; 2] = ["dpc_start", "dpc_rest"];
 /// Every function of the module has an entry with C's calling convention; everything is passed by address.
 pub fn library(design: &Design, i: usize, file: &str) -> String {
     let node = Node::new(design, i);
+    let (runtime, real) = (runtime(&node).to_string().replace(' ', ""), node.scalar().name());
     let mut text = format!(
         "#![no_std]\n#![allow(improper_ctypes_definitions, reason = \"both sides are Rust\")]\n\
-         use core::mem::MaybeUninit;\nuse controller::*;\nuse dpc_runtime as runtime;\ntype Scalar = f64;\n\
+         use core::mem::MaybeUninit;\nuse controller::*;\nuse {runtime} as runtime;\ntype Scalar = {real};\n\
          #[forbid(unsafe_code)]\n#[allow(unused)]\n#[allow(clippy::all)]\n#[path = {file:?}]\npub mod controller;\n"
     );
     let loads = if node.loads().is_empty() { "" } else { " + size_of::<Loads>()" };

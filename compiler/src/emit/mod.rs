@@ -66,7 +66,7 @@ impl Emitted {
         let mut table_bytes = Vec::new();
         let made = spread(nodes.len(), |i| {
             let tables = parts::all(&nodes[i]);
-            (tables.bytes(), subsystem_file(&nodes[i], &modules, &tables, &steady))
+            (tables.bytes(nodes[i].scalar()), subsystem_file(&nodes[i], &modules, &tables, &steady))
         });
         for ((bytes, text), module) in made.into_iter().zip(&modules) {
             table_bytes.push(bytes);
@@ -100,7 +100,7 @@ fn subsystem_file(node: &Node, modules: &[String], tables: &Value, steady: &Stea
     let what = format!("Controller of subsystem `{}` of network `{}`", model.name, node.design.network.name);
     let doc = "All that the controller of this subsystem is made of; each part says what it is.";
     let mut sections = vec![code::header(node.design, &what), code::text(node, modules)];
-    sections.push(item(doc, "TABLES", "Parts", tables));
+    sections.push(item(node.scalar(), doc, "TABLES", "Parts", tables));
     sections.extend(monitors::items(node, steady));
     sections.extend(starts::items(node));
     sections.join("\n")

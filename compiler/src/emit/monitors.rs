@@ -7,7 +7,7 @@ use super::Steady;
 use super::names::code;
 use super::node::{Node, labelled, labels};
 use super::tables::{Field, Value, item};
-use crate::network::{NamedPolytope, Signal, Subsystem};
+use crate::network::{NamedPolytope, Scalar, Signal, Subsystem};
 
 /// All items, in the order of the file.
 pub fn items(node: &Node, steady: &Steady) -> Vec<String> {
@@ -24,12 +24,14 @@ pub fn items(node: &Node, steady: &Steady) -> Vec<String> {
     items.extend([
         coupling_deviation(node),
         limits(
+            node.scalar(),
             "STATE_LIMITS",
             "X_i: row and limit, `row . x <= limit`, in the deviations the model is in.",
             "NX",
             &model.X,
         ),
         limits(
+            node.scalar(),
             "INPUT_LIMITS",
             "U_i: row and limit, `row . u <= limit`, in the deviations the model is in.",
             "NU",
@@ -53,17 +55,18 @@ fn tube_noise(node: &Node) -> Option<String> {
         "How far measurement errors move each tube row (35a), scaled as the row. Measured states may be off: {}.",
         errors.join(", ")
     );
-    has_noise(node).then(|| item(&doc, "TUBE_NOISE", "[f64; NT]", &Value::column(&dpc.noise, &labels)))
+    has_noise(node).then(|| item(node.scalar(), &doc, "TUBE_NOISE", "[f64; NT]", &Value::column(&dpc.noise, &labels)))
 }
 
 fn row_names(node: &Node) -> String {
     let names = node.problems().dpc.rows.iter().map(|row| (Value::Text(row.name.clone()), String::new()));
     let doc = "What each row of the i-DPC problem asks: the rows that a status speaks of.";
-    item(doc, "ROWS", "[&str; NR]", &Value::List(names.collect()))
+    item(node.scalar(), doc, "ROWS", "[&str; NR]", &Value::List(names.collect()))
 }
 
 /// What a steady state is a map of.
 struct Source {
+    scalar: Scalar,
     what: &'static str,
     /// Of the tables: `STEADY_X`, `STEADY_U` with this at the end.
     suffix: &'static str,
@@ -75,12 +78,24 @@ struct Source {
 impl Source {
     fn outputs(node: &Node, steady: &Steady) -> Self {
         let columns = (!steady.is_sparse()).then(|| network_signals(node, |s| &s.outputs));
-        Self { what: "the outputs of the whole network at rest", suffix: "", count: "NETWORK_NY", columns }
+        Self {
+            scalar: node.scalar(),
+            what: "the outputs of the whole network at rest",
+            suffix: "",
+            count: "NETWORK_NY",
+            columns,
+        }
     }
 
     fn loads(node: &Node, steady: &Steady) -> Self {
         let columns = (!steady.is_sparse()).then(|| network_signals(node, |s| &s.loads.signals));
-        Self { what: "the loads of the whole network, outputs at 0", suffix: "_LOADS", count: "NETWORK_ND", columns }
+        Self {
+            scalar: node.scalar(),
+            what: "the loads of the whole network, outputs at 0",
+            suffix: "_LOADS",
+            count: "NETWORK_ND",
+            columns,
+        }
     }
 }
 
@@ -102,19 +117,20 @@ fn steady_states(node: &Node, source: &Source, steady: &DMatrix<f64>) -> [String
 
 impl Source {
     fn table(&self, name: &str, state: &str, rows: &str, matrix: &DMatrix<f64>, labels: &[String]) -> String {
-        let Self { what, suffix, count, columns } = self;
+        let Self { scalar, what, suffix, count, columns } = self;
+        let real = scalar.name();
         let map = format!("{state} at rest, (9), as a linear map of {what}. One row per entry");
         let (doc, ty, value) = match columns {
             Some(columns) => {
                 let doc = format!("{map}; columns\n{}.", columns.join(", "));
-                (doc, format!("[[f64; {count}]; {rows}]"), Value::matrix(matrix, labels))
+                (doc, format!("[[{real}; {count}]; {rows}]"), Value::matrix(matrix, labels))
             }
             None => {
                 let doc = format!("{map}: indices, in the order of the modules, and coefficients.");
-                (doc, format!("[&[(usize, f64)]; {rows}]"), Value::entries(matrix, LITTLE, labels))
+                (doc, format!("[&[(usize, {real})]; {rows}]"), Value::entries(matrix, LITTLE, labels))
             }
         };
-        item(&doc, &format!("{name}{suffix}"), &ty, &value)
+        item(*scalar, &doc, &format!("{name}{suffix}"), &ty, &value)
     }
 }
 
@@ -139,25 +155,30 @@ fn load_model(node: &Node) -> String {
         column("lag", "Largest change in N - 1 steps", &lag),
     ];
     let doc = "Measured disturbances, for [`Loads`].";
-    item(doc, "LOAD_MODEL", "LoadModel<ND, NX>", &Value::Struct("LoadModel", fields))
+    item(node.scalar(), doc, "LOAD_MODEL", "LoadModel<ND, NX>", &Value::Struct("LoadModel", fields))
 }
 
 fn tube(node: &Node) -> String {
     let set = &node.sets().E;
-    let ty = format!("[([f64; NX], f64); {}]", set.q.len());
+    let real = node.scalar().name();
+    let ty = format!("[([{real}; NX], {real}); {}]", set.q.len());
     let doc = "E_i of (18): row and width. `|row . (x - xhat)| <= width` at every step.";
-    item(doc, "TUBE", &ty, &rows_and_limits(&set.P, &set.q, &[]))
+    let q = set.q.map(|q| node.scalar().above(q));
+    item(node.scalar(), doc, "TUBE", &ty, &rows_and_limits(&set.P, &q, &[]))
 }
 
 fn coupling_deviation(node: &Node) -> String {
     let doc =
         "Z_i of (21): half-widths. `|z - zref|` stays below them, and neighbours rely on it. One per coupling output.";
-    item(doc, "Z_WIDTHS", "[f64; NZ]", &Value::column(&node.sets().zeta, &node.model().coupling_outputs))
+    let (ty, zeta) =
+        (format!("[{}; NZ]", node.scalar().name()), node.sets().zeta.map(|zeta| node.scalar().above(zeta)));
+    item(node.scalar(), doc, "Z_WIDTHS", &ty, &Value::column(&zeta, &node.model().coupling_outputs))
 }
 
-fn limits(name: &str, doc: &str, width: &str, set: &NamedPolytope) -> String {
-    let ty = format!("[([f64; {width}], f64); {}]", set.h.len());
-    item(doc, name, &ty, &rows_and_limits(&set.H, &set.h, &set.rows))
+fn limits(scalar: Scalar, name: &str, doc: &str, width: &str, set: &NamedPolytope) -> String {
+    let real = scalar.name();
+    let ty = format!("[([{real}; {width}], {real}); {}]", set.h.len());
+    item(scalar, doc, name, &ty, &rows_and_limits(&set.H, &set.h, &set.rows))
 }
 
 fn rows_and_limits(rows: &DMatrix<f64>, limits: &DVector<f64>, labels: &[String]) -> Value {

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::design::Design;
 use crate::gains::SubsystemGains;
-use crate::network::{ChangingConstraint, CouplingConstraint, Loads, Signal, Subsystem};
+use crate::network::{ChangingConstraint, CouplingConstraint, Loads, Scalar, Signal, Subsystem};
 use crate::problems::{RowKind, SubsystemProblems};
 use crate::sizing::SubsystemSizing;
 
@@ -55,6 +55,11 @@ impl<'a> Node<'a> {
         let neighbours = neighbours(design, i, &constraints, &changing);
         let sizes = Sizes::new(design, i, &neighbours, (constraints.len(), changing.len()));
         Self { design, i, neighbours, constraints, changing, sizes }
+    }
+
+    /// What this node computes in.
+    pub fn scalar(&self) -> Scalar {
+        self.design.network.scalar
     }
 
     pub fn model(&self) -> &'a Subsystem {

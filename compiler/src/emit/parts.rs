@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use super::names::one_line;
 use super::node::{Node, labels};
 use super::tables::{Field, Value};
-use crate::network::CouplingConstraint;
+use crate::network::{CouplingConstraint, Scalar};
 use crate::problems::{Bound, DpcProblem, ReferenceProblem, Row, RowKind, Stage};
 
 /// `dpc_runtime::tables::Tables`.
@@ -56,12 +56,20 @@ pub fn model(node: &Node) -> Value {
             matrix("K", "K_i of (17): from x - xhat to the inputs", &gains.K, &u, &x),
             matrix("Kx", "K_i^x of (7f): from xref to uref", &gains.Kx, &u, &x),
             matrix("Ke", "K_i^e of (7f): from eref to uref", &gains.Ke, &u, &e),
-            Field::new("u_min", "Componentwise hull of U_i: lower ends", Value::column(&u_min, &u)),
-            Field::new("u_max", "Componentwise hull of U_i: upper ends", Value::column(&u_max, &u)),
+            Field::new(
+                "u_min",
+                "Componentwise hull of U_i: lower ends",
+                Value::column(&u_min.map(|end| node.scalar().above(end)), &u),
+            ),
+            Field::new(
+                "u_max",
+                "Componentwise hull of U_i: upper ends",
+                Value::column(&u_max.map(|end| node.scalar().below(end)), &u),
+            ),
             Field::new(
                 "drift",
                 "Largest |x+ - x| of a state that references start from",
-                Value::column(&node.sets().drift, &x),
+                Value::column(&node.sets().drift.map(|drift| node.scalar().below(drift)), &x),
             ),
         ],
     )
@@ -81,7 +89,7 @@ fn coupling_row(node: &Node, h: usize) -> Value {
         vec![
             field("own", Value::row(&constraint.H[&node.i])),
             field("others", Value::Row(others_row(node, constraint))),
-            field("l_tilde", Value::Number(node.design.sizing.l_tilde[h])),
+            field("l_tilde", Value::Number(node.scalar().below(node.design.sizing.l_tilde[h]))),
             field("members", Value::Number(constraint.H.len() as f64)),
         ],
     )
@@ -141,7 +149,12 @@ fn others_row(node: &Node, constraint: &CouplingConstraint) -> Vec<f64> {
 
 /// `dpc_runtime::tables::Clamp` or `Nearest`.
 fn reference(node: &Node) -> Value {
-    let epsilon = Field::new("epsilon", "Epsilon of (30), per step", Value::Number(node.design.sizing.epsilon));
+    let scalar = node.scalar();
+    let off = &node.design.sets.subsystems[node.i].rounding.y;
+    let epsilon = scalar.below(node.design.sizing.epsilon - off.sum());
+    let epsilon = Field::new("epsilon", "Epsilon of (30), per step", Value::Number(epsilon));
+    // Inside Y_i however a start is tested, and rows over yref are rounded; a clamp is exact.
+    let inside = |end: f64, off: f64| scalar.below(end - off - scalar.share_kept() * end.abs());
     let y = labels(&node.model().outputs);
     match &node.problems().reference {
         ReferenceProblem::Clamp { weight, rows } => {
@@ -151,20 +164,33 @@ fn reference(node: &Node) -> Value {
             let fields = vec![
                 Field::new("weight", "t / (t + gamma) of (29)", Value::column(weight, &y)),
                 epsilon,
-                Field::new("y_min", "Y_i of (31): lower ends", Value::column(&node.sets().Y.min, &y)),
-                Field::new("y_max", "Y_i of (31): upper ends", Value::column(&node.sets().Y.max, &y)),
+                Field::new(
+                    "y_min",
+                    "Y_i of (31): lower ends",
+                    Value::column(&node.sets().Y.min.map(|end| -inside(-end, 0.0)), &y),
+                ),
+                Field::new(
+                    "y_max",
+                    "Y_i of (31): upper ends",
+                    Value::column(&node.sets().Y.max.map(|end| inside(end, 0.0)), &y),
+                ),
                 Field::new("rows", "(28): output and coefficient", Value::List(rows.iter().map(pair).collect())),
             ];
             Value::Struct("Clamp", fields)
         }
         ReferenceProblem::Nearest { basis, weights, set, set_limit, rate, euclidean, coupling } => {
+            let off = set.abs() * off;
             let gamma = Value::Number(node.design.network.reference.gamma);
             let fields = vec![
                 matrix("basis", "U: eigenvectors of T_i", basis, &y, &[]),
                 Field::new("weights", "Eigenvalues of T_i (29)", Value::row(weights)),
                 Field::new("gamma", "gamma of (29)", gamma),
                 matrix("set", "Y_i of (31): one row per facet", set, &[], &y),
-                Field::new("set_limit", "Y_i of (31): limit of each facet", Value::row(set_limit)),
+                Field::new(
+                    "set_limit",
+                    "Y_i of (31): limit of each facet",
+                    Value::row(&set_limit.zip_map(&off, inside)),
+                ),
                 matrix("rate", "Ball of (30): one row per facet", rate, &[], &y),
                 epsilon,
                 Field::new("euclidean", "Whether (30) is a Euclidean ball", Value::Flag(*euclidean)),
@@ -177,7 +203,7 @@ fn reference(node: &Node) -> Value {
 
 /// `dpc_runtime::tables::DpcProblem`.
 fn dpc(node: &Node) -> Value {
-    let dpc = &node.problems().dpc;
+    let (dpc, scalar) = (&node.problems().dpc, node.scalar());
     let names: Vec<String> = dpc.rows.iter().map(|row| row.name.clone()).collect();
     let tube = offsets(dpc, |kind, offset| (kind == RowKind::Tube).then(|| Value::row(offset)));
     let state = offsets(dpc, |kind, offset| match kind {
@@ -195,8 +221,17 @@ fn dpc(node: &Node) -> Value {
             matrix("V", "Rows of unit length in w: (35a), (35c), (35d), (35b), (36)", &dpc.V, &names, &[]),
             gram(dpc, &names),
             Field::new("extent", "Entries of each row before its last zeros", Value::Counts(extents)),
-            Field::new("lower", "Lower limits of the rows", Value::column(&dpc.lower, &names)),
-            Field::new("upper", "Upper limits of the rows", Value::column(&dpc.upper, &names)),
+            Field::new(
+                "lower",
+                "Lower limits of the rows",
+                Value::column(&dpc.lower.map(|limit| scalar.above(limit)), &names),
+            ),
+            Field::new(
+                "upper",
+                "Upper limits of the rows",
+                Value::column(&dpc.upper.map(|limit| scalar.below(limit)), &names),
+            ),
+            Field::new("slack", slack_doc(scalar), slack(dpc, scalar)),
             Field::new("tube", "Offsets of the first rows, over e = x - xref", tube),
             Field::new("state", "Offsets of the next rows, over xref_{t+k}, k the stage", state),
             Field::new("input", "Offsets of the next rows, over uref_{t+k}, k the stage", input),
@@ -207,9 +242,9 @@ fn dpc(node: &Node) -> Value {
             Field::new(
                 "x",
                 "Bounds of xhat_k, what they are multiplied by in their rows, and the rows",
-                bounds(dpc, |s| &s.x),
+                bounds(dpc, scalar, |s| &s.x),
             ),
-            Field::new("u", "The same of uhat_k", bounds(dpc, |s| &s.u)),
+            Field::new("u", "The same of uhat_k", bounds(dpc, scalar, |s| &s.u)),
             Field::new("boxed", "Whether these bounds are all state and input rows", Value::Flag(dpc.boxed)),
             Field::new("staged", "Whether violated rows are looked for by the simulation", Value::Flag(dpc.staged)),
             Field::new(
@@ -219,6 +254,18 @@ fn dpc(node: &Node) -> Value {
             ),
         ],
     )
+}
+
+fn slack_doc(scalar: Scalar) -> &'static str {
+    match scalar {
+        Scalar::Double => "What rounding may take of each row besides 1e-9 of its magnitude: nothing",
+        Scalar::Single => "What rounding may take of each row",
+    }
+}
+
+fn slack(dpc: &DpcProblem, scalar: Scalar) -> Value {
+    let slack = dpc.rows.iter().filter(|_| scalar == Scalar::Single).map(|row| scalar.below(row.reserve.slack));
+    Value::Slice(Box::new(Value::Row(slack.collect())))
 }
 
 /// Where the limit comes from.
@@ -267,14 +314,14 @@ fn stages(dpc: &DpcProblem) -> Value {
     Value::List(dpc.stages.iter().enumerate().map(stage).collect())
 }
 
-fn bounds(dpc: &DpcProblem, of: fn(&Stage) -> &Vec<Bound>) -> Value {
+fn bounds(dpc: &DpcProblem, scalar: Scalar, of: fn(&Stage) -> &Vec<Bound>) -> Value {
     let each =
         |value: &dyn Fn(&[Bound]) -> Value| Value::Array(dpc.stages.iter().map(|stage| value(of(stage))).collect());
-    let numbers = |of: fn(&Bound) -> f64| each(&|bounds| Value::Row(bounds.iter().map(of).collect()));
+    let numbers = |of: &dyn Fn(&Bound) -> f64| each(&|bounds| Value::Row(bounds.iter().map(of).collect()));
     let fields = vec![
-        Field::new("low", "Lower ends", numbers(|bound| bound.low)),
-        Field::new("high", "Upper ends", numbers(|bound| bound.high)),
-        Field::new("unit", "Factors", numbers(|bound| bound.unit)),
+        Field::new("low", "Lower ends", numbers(&|bound| scalar.above(bound.low))),
+        Field::new("high", "Upper ends", numbers(&|bound| scalar.below(bound.high))),
+        Field::new("unit", "Factors", numbers(&|bound| bound.unit)),
         Field::new("row", "Rows", each(&|bounds| Value::Counts(bounds.iter().map(|bound| bound.row).collect()))),
     ];
     Value::Struct("Bounds", fields)

@@ -8,6 +8,7 @@ use super::monitors::has_noise;
 use super::names::code;
 use super::node::{Node, labelled, labels};
 use super::tables::{Field, Value, item};
+use crate::network::Scalar;
 use crate::start::{StartPlan, SubsystemPlan};
 
 /// Whether controllers of this network may be started with a plan.
@@ -27,12 +28,24 @@ pub fn items(node: &Node) -> Vec<String> {
 
 fn start_state(node: &Node, plan: &StartPlan) -> String {
     let doc = "The state that the start-up plan [`START`] was made for.";
-    item(doc, "START_X", "[f64; NX]", &Value::column(&plan.start.x0[node.i], &labels(&node.model().states)))
+    item(
+        node.scalar(),
+        doc,
+        "START_X",
+        "[f64; NX]",
+        &Value::column(&plan.start.x0[node.i], &labels(&node.model().states)),
+    )
 }
 
 fn start_loads(node: &Node, plan: &StartPlan) -> String {
     let doc = "The loads that the start-up plan [`START`] was made for.";
-    item(doc, "START_LOADS", "[f64; ND]", &Value::column(&plan.start.d0[node.i], &labels(&node.loads().signals)))
+    item(
+        node.scalar(),
+        doc,
+        "START_LOADS",
+        "[f64; ND]",
+        &Value::column(&plan.start.d0[node.i], &labels(&node.loads().signals)),
+    )
 }
 
 fn start_plan(part: &SubsystemPlan) -> String {
@@ -51,7 +64,7 @@ fn start_plan(part: &SubsystemPlan) -> String {
             Value::Struct("Plan", nominal),
         ),
     ];
-    item(doc, "START", "StartPlan<'static>", &Value::Struct("StartPlan", fields))
+    item(Scalar::Double, doc, "START", "StartPlan<'static>", &Value::Struct("StartPlan", fields))
 }
 
 fn points(part: &SubsystemPlan) -> String {
@@ -61,7 +74,7 @@ fn points(part: &SubsystemPlan) -> String {
     };
     let points: Vec<_> = part.x.iter().zip(&part.u).enumerate().map(point).collect();
     let ty = format!("[PlannedPoint<NX, NU>; {}]", points.len());
-    item("The references of the start-up plan.", "START_POINTS", &ty, &Value::List(points))
+    item(Scalar::Double, "The references of the start-up plan.", "START_POINTS", &ty, &Value::List(points))
 }
 
 /// `start_planned`, where controllers may be started with a plan.

@@ -191,7 +191,7 @@ pub struct Accuracy {
 impl Accuracy {
     pub const FULL: Self = Self { tail: 1e-10, steps: usize::MAX };
     /// For sums that only have to be bounds.
-    const LOOSE: Self = Self { tail: 1e-3, steps: 20_000 };
+    pub const LOOSE: Self = Self { tail: 1e-3, steps: 20_000 };
 }
 
 /// Upper bound of the sum over k of |C F^k B|, entrywise.

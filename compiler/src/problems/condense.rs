@@ -6,6 +6,7 @@ use super::RowKind;
 use crate::convex::Polytope;
 use crate::gains::SubsystemGains;
 use crate::network::{NamedPolytope, Subsystem};
+use crate::rounding::{Reserve, Rounding, SignalRow};
 use crate::sizing::SubsystemSizing;
 
 /// Hessian and rows before scaling.
@@ -28,6 +29,8 @@ pub struct TwoSided {
     pub offset: DVector<f64>,
     pub lower: f64,
     pub upper: f64,
+    /// What may be beyond these limits; nothing in double precision.
+    pub reserve: Reserve,
 }
 
 impl TwoSided {
@@ -51,26 +54,39 @@ impl TwoSided {
         g: DVector<f64>,
         offset: DVector<f64>,
         limit: f64,
+        reserve: Reserve,
     ) -> Self {
-        Self { kind, ordinal, lower_name: name.clone(), upper_name: name, g, offset, lower: -limit, upper: limit }
+        Self {
+            kind,
+            ordinal,
+            lower_name: name.clone(),
+            upper_name: name,
+            g,
+            offset,
+            lower: -limit,
+            upper: limit,
+            reserve,
+        }
     }
 }
 
 impl Condensed {
-    pub fn new(s: &Subsystem, g: &SubsystemGains, sized: &SubsystemSizing, N: usize) -> Self {
+    pub fn new(s: &Subsystem, g: &SubsystemGains, sized: &SubsystemSizing, rounding: &Rounding, N: usize) -> Self {
         let dx = predictions(s, N);
         let du: Vec<_> = (0..N).map(|k| selection(s, N, k)).collect();
-        let mut rows = tube_rows(s, sized, N);
+        let mut rows = tube_rows(s, sized, rounding, N);
         for (k, dx) in dx[..N].iter().enumerate() {
-            rows.extend(stage_rows(&s.X, &sized.X_nom, dx, RowKind::State(k), k));
+            let reserve = |row: DVector<f64>, h: f64| rounding.at_stage(&SignalRow::of_states(s, row), h, k);
+            rows.extend(stage_rows(&s.X, &sized.X_nom, dx, RowKind::State(k), k, reserve));
         }
         for (k, du) in du.iter().enumerate() {
-            rows.extend(stage_rows(&s.U, &sized.U_nom, du, RowKind::Input(k), k));
+            let reserve = |row: DVector<f64>, h: f64| rounding.at_stage(&SignalRow::of_inputs(s, row), h, k);
+            rows.extend(stage_rows(&s.U, &sized.U_nom, du, RowKind::Input(k), k, reserve));
         }
         for k in 0..N {
-            rows.extend(coupling_rows(s, sized, &dx[k], &du[k], k));
+            rows.extend(coupling_rows(s, sized, rounding, (&dx[k], &du[k]), k));
         }
-        rows.extend(terminal_rows(sized, &dx[N]));
+        rows.extend(terminal_rows(s, sized, rounding, &dx[N], N));
         rows.retain(|row| row.g.amax() > 0.0);
         Self { H: hessian(s, g, &dx, &du), rows }
     }
@@ -107,14 +123,15 @@ fn hessian(s: &Subsystem, g: &SubsystemGains, dx: &[DMatrix<f64>], du: &[DMatrix
 }
 
 /// (35a): |P (e - dx_0)| <= q.
-fn tube_rows(s: &Subsystem, sized: &SubsystemSizing, N: usize) -> Vec<TwoSided> {
+fn tube_rows(s: &Subsystem, sized: &SubsystemSizing, rounding: &Rounding, N: usize) -> Vec<TwoSided> {
     let E = &sized.E;
     let row = |r: usize| {
         let P = E.P.row(r).transpose();
         let mut g = DVector::zeros(s.n() + N * s.m());
         g.rows_mut(0, s.n()).copy_from(&-&P);
         let name = format!("(35a) x - xhat in E, normal {}", r + 1);
-        TwoSided::symmetric(RowKind::Tube, r, name, g, P, E.q[r])
+        let reserve = rounding.of_set(&SignalRow::of_states(s, P.clone()), E.q[r], 0);
+        TwoSided::symmetric(RowKind::Tube, r, name, g, P, E.q[r] - reserve.exact, reserve)
     };
     (0..E.q.len()).map(row).collect()
 }
@@ -126,6 +143,7 @@ fn stage_rows(
     on_v: &DMatrix<f64>,
     kind: RowKind,
     k: usize,
+    reserve: impl Fn(DVector<f64>, f64) -> Reserve,
 ) -> Vec<TwoSided> {
     let mut rows: Vec<TwoSided> = Vec::new();
     for r in 0..tightened.h.len() {
@@ -133,6 +151,8 @@ fn stage_rows(
         match rows.iter_mut().find(|row| row.offset == -&offset && row.lower.is_infinite()) {
             Some(opposite) => {
                 opposite.lower = -tightened.h[r];
+                // What is beyond the smaller limit is less.
+                opposite.reserve = opposite.reserve.least(reserve(offset, named.h[r]));
                 opposite.lower_name = format!("{} at step {k}", named.rows[r]);
             }
             None => rows.push(TwoSided {
@@ -141,6 +161,7 @@ fn stage_rows(
                 lower_name: String::new(),
                 upper_name: format!("{} at step {k}", named.rows[r]),
                 g: on_v.tr_mul(&offset),
+                reserve: reserve(offset.clone(), named.h[r]),
                 offset,
                 lower: f64::NEG_INFINITY,
                 upper: tightened.h[r],
@@ -154,25 +175,37 @@ fn stage_rows(
 fn coupling_rows(
     s: &Subsystem,
     sized: &SubsystemSizing,
-    dx: &DMatrix<f64>,
-    du: &DMatrix<f64>,
+    rounding: &Rounding,
+    (dx, du): (&DMatrix<f64>, &DMatrix<f64>),
     k: usize,
 ) -> Vec<TwoSided> {
     let z = &s.Cz * dx + &s.Dz * du;
     let row = |r: usize| {
         let name = format!("(35b) {} near its reference at step {k}", s.coupling_outputs[r]);
-        TwoSided::symmetric(RowKind::CouplingOutput(k), r, name, z.row(r).transpose(), DVector::zeros(0), sized.dz[r])
+        let output = SignalRow::of_output(s, r);
+        let (limit, reserve) =
+            (sized.dz[r] - rounding.charge(&output, sized.dz[r]), rounding.at_stage(&output, sized.dz[r], k));
+        let g = z.row(r).transpose();
+        TwoSided::symmetric(RowKind::CouplingOutput(k), r, name, g, DVector::zeros(0), limit, reserve)
     };
     (0..s.nz()).map(row).collect()
 }
 
 /// (36).
-fn terminal_rows(sized: &SubsystemSizing, dx_N: &DMatrix<f64>) -> Vec<TwoSided> {
+fn terminal_rows(
+    s: &Subsystem,
+    sized: &SubsystemSizing,
+    rounding: &Rounding,
+    dx_N: &DMatrix<f64>,
+    N: usize,
+) -> Vec<TwoSided> {
     let Sigma = &sized.Sigma;
     let row = |r: usize| {
         let name = format!("(36) terminal set, normal {}", r + 1);
-        let g = dx_N.tr_mul(&Sigma.P.row(r).transpose());
-        TwoSided::symmetric(RowKind::Terminal, r, name, g, DVector::zeros(0), Sigma.q[r])
+        let P = Sigma.P.row(r).transpose();
+        let g = dx_N.tr_mul(&P);
+        let reserve = rounding.of_set(&SignalRow::of_states(s, P), Sigma.q[r], N);
+        TwoSided::symmetric(RowKind::Terminal, r, name, g, DVector::zeros(0), Sigma.q[r] - reserve.exact, reserve)
     };
     (0..Sigma.q.len()).map(row).collect()
 }

@@ -8,7 +8,7 @@ use crate::convex::Polytope;
 use crate::network::Subsystem;
 use crate::sizing::SubsystemSizing;
 
-/// Drops, one after the other, every facet that the facets still there imply for all v and all references inside
+/// Drops, one after the other, every facet that the facets still there, with what may be beyond their limits, imply for all v and all references inside
 /// what (25b) leaves them. Tube rows stay: e is any deviation for which the problem has a solution, and each of
 /// them can stop that. Nothing else depends on e, so it does not enter. A problem of very many rows is left as it is. With `anywhere` the references may be any: those of
 /// start-up plans go beyond (25b).
@@ -138,7 +138,7 @@ impl Space<'_> {
             let direction = self.direction(row);
             for side in [Side::Upper, Side::Lower] {
                 if Some((r, side)) != without && side.limit(row).is_finite() {
-                    facets.push((&direction * side.sign(), side.limit(row)));
+                    facets.push((&direction * side.sign(), side.limit(row) + row.reserve.exact));
                 }
             }
         }

@@ -62,8 +62,10 @@ use crate::convex::Bounded;
 use crate::gains::SubsystemGains;
 use crate::network::Subsystem;
 use crate::optim::rounding::sum_upper;
+use crate::rounding::Rounding;
 
-/// The part D_i + B_ii K_i V of W_i, and M_i times what the loads may have changed since the references knew them.
+/// The part D_i + B_ii K_i V of W_i, M_i times what the loads may have changed since the references knew them, and what single
+/// precision rounds.
 #[derive(Debug, Clone)]
 pub struct Exogenous {
     w: Option<Bounded>,
@@ -75,10 +77,12 @@ pub struct Exogenous {
     M: DMatrix<f64>,
     /// Half-widths of d - dref.
     lag: DVector<f64>,
+    /// Half-widths of what single precision rounds; see [`crate::rounding`].
+    rounded: DVector<f64>,
 }
 
 impl Exogenous {
-    pub fn new(s: &Subsystem, g: &SubsystemGains, horizon: usize) -> Self {
+    pub fn new(s: &Subsystem, g: &SubsystemGains, rounding: &Rounding, horizon: usize) -> Self {
         Self {
             w: s.w.clone(),
             BK: &s.B * &g.K,
@@ -86,6 +90,7 @@ impl Exogenous {
             v: s.measurement_error.clone(),
             M: s.loads.M.clone(),
             lag: s.loads.change(horizon - 1),
+            rounded: rounding.w.clone(),
         }
     }
 
@@ -94,7 +99,8 @@ impl Exogenous {
         let of_v = of_box(&covered(&(P * &self.BK), &(P.abs() * &self.BK_size)), &self.v);
         let of_w = |r: usize| self.w.as_ref().map_or(0.0, |w| w.reach(&P.row(r).transpose()));
         let of_loads = of_box(&covered(&(P * &self.M), &(P.abs() * self.M.abs())), &self.lag);
-        DVector::from_fn(P.nrows(), |r, _| sum_upper([of_w(r), of_v[r], of_loads[r]]))
+        let known = DVector::from_fn(P.nrows(), |r, _| sum_upper([of_w(r), of_v[r], of_loads[r]]));
+        if self.rounded.amax() > 0.0 { known + of_box(&P.abs(), &self.rounded) * (1.0 + 1e-15) } else { known }
     }
 }
 

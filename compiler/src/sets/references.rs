@@ -15,7 +15,8 @@ use super::{MOST_DRIFT, Sums, floor, loads};
 use crate::convex::MOST_STEPS;
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::gains::{Gains, Proof, SubsystemGains};
-use crate::network::{Network, Subsystem};
+use crate::network::{Network, Scalar, Subsystem};
+use crate::rounding::Rounding;
 use crate::sharing::spread;
 
 /// What the references may take of one row of X_i x U_i, (25b).
@@ -35,7 +36,8 @@ pub struct ReferenceShare {
     pub doubt: f64,
     /// Bound of the row on the transient of a start that drifts by the floor in every state of the network.
     pub drift: f64,
-    /// Upper bound of the loads' share in the row; see [`loads`].
+    /// Upper bound of the share in the row of the loads, see [`loads`], and of what rounding adds to the references, see
+    /// [`crate::rounding`].
     pub load: f64,
 }
 
@@ -49,13 +51,19 @@ pub enum References {
 
 impl References {
     /// `y_caps` as in [`super::Scales::y_cap`], one after the other.
-    pub fn new(network: &Network, gains: &Gains, y_caps: impl FnOnce() -> DVector<f64>) -> Result<Self, Diagnostics> {
+    pub fn new(
+        network: &Network,
+        gains: &Gains,
+        rounding: &[Rounding],
+        y_caps: impl FnOnce() -> DVector<f64>,
+    ) -> Result<Self, Diagnostics> {
+        let rounded = rounded(network, rounding);
         let references = match &gains.proof {
             Proof::Norm(contraction) => {
-                dense::References::new(network, gains, contraction).map(|dense| Self::Dense(Box::new(dense)))
+                dense::References::new(network, gains, contraction, rounded).map(|dense| Self::Dense(Box::new(dense)))
             }
             Proof::Responses(responses) => {
-                let sparse = sparse::References::new(network, gains, responses, y_caps());
+                let sparse = sparse::References::new(network, gains, responses, y_caps(), rounded);
                 sparse.map(|sparse| Self::Sparse(Box::new(sparse)))
             }
         };
@@ -155,6 +163,12 @@ fn different(rows: &[DVector<f64>]) -> (Vec<DVector<f64>>, Vec<(usize, f64)>) {
         of.push((k, if different[k] == *row { 1.0 } else { -1.0 }));
     }
     (different, of)
+}
+
+/// What a step of the references rounds, in the places of the collective chi; `None` where that is nothing.
+fn rounded(network: &Network, rounding: &[Rounding]) -> Option<DVector<f64>> {
+    (network.scalar == Scalar::Single)
+        .then(|| DVector::from_vec(rounding.iter().flat_map(|rounding| rounding.chi.iter().copied()).collect()))
 }
 
 /// The floor of every state of the network, in the places of the collective chi.

@@ -169,9 +169,9 @@ fn worst(mut emptied: Vec<Emptied<'_>>) -> Vec<String> {
 /// The rows of X_i and U_i that E_i with offsets q, the measurement error and the loads take as a whole.
 fn emptied_by_tube<'a>(context: &Context<'a>, program: &Program, i: usize, q: &DVector<f64>) -> Vec<Emptied<'a>> {
     let (s, proofs, sets) = (&context.network.subsystems[i], &program.proofs[i], &context.sets.subsystems[i]);
-    let noise = context.noise(i).u;
-    let of_x = (0..s.X.h.len()).map(|r| (over_x(s), r, proofs.tube_x[r].on(q), 0.0, sets.x_rows[r].load));
-    let of_u = (0..s.U.h.len()).map(|r| (over_u(s), r, proofs.tube_u[r].on(q), noise[r], sets.u_rows[r].load));
+    let noise = context.noise(i);
+    let of_x = (0..s.X.h.len()).map(|r| (over_x(s), r, proofs.tube_x[r].on(q), noise.x[r], sets.x_rows[r].load));
+    let of_u = (0..s.U.h.len()).map(|r| (over_u(s), r, proofs.tube_u[r].on(q), noise.u[r], sets.u_rows[r].load));
     let of = |(set, row, tube, noise, load)| {
         Emptied::by(s, set, row, tube + noise + load, |unit| taken_by_tube(tube, noise, load, unit))
     };

@@ -77,7 +77,7 @@ struct Taken<'a> {
     share: &'a ReferenceShare,
     tube: &'a Multiplier,
     terminal: &'a Multiplier,
-    /// Support of K_i V.
+    /// Support of K_i V, and rounding.
     noise: f64,
 }
 
@@ -93,6 +93,8 @@ pub const MARGIN: f64 = 1e-6;
 /// Extra disturbance the tubes are made for, relative: it pays for the rounding of their offsets. The program takes
 /// twice as much, so that what is settled from it fits.
 pub const TUBE_MARGIN: f64 = 1e-6;
+/// Extra room for rounding, relative: what is settled from the program fits.
+pub const ROUNDING_MARGIN: f64 = 1e-3;
 /// Smallest half-width of Delta_i^z and half-axis of Sigma_i, relative to the signal's natural size: they keep the sets
 /// solid.
 const LEAST: f64 = 1e-7;
@@ -223,11 +225,12 @@ impl Program {
     fn terminal(&mut self, context: &Context, i: usize) {
         let scale = context.sets.subsystems[i].scales.x.clone();
         let normals = self.proofs[i].terminal_normals.clone();
+        let rounded = context.rounded(i, &normals);
         let v = self.variables[i].clone();
         for (r, proof) in self.proofs[i].terminal.clone().iter().enumerate() {
             let mut terms = vec![(v.sigma.start + r, 1.0 - MARGIN)];
             minus(&mut terms, &v.sigma, proof);
-            self.at_least_zero(terms, 0.0);
+            self.at_least_zero(terms, -rounded[r] * (1.0 + 2.0 * ROUNDING_MARGIN));
             let reach: f64 = normals.row(r).iter().zip(&scale).map(|(p, x)| p.abs() * x).sum();
             self.at_least_zero([(v.sigma.start + r, -1.0)], CAP * reach);
             for (k, upset) in v.upset.clone().enumerate() {
@@ -238,9 +241,12 @@ impl Program {
             }
         }
         for (k, proof) in self.proofs[i].terminal_z.clone().iter().enumerate() {
-            let mut terms = vec![(v.dz.start + k, 1.0 - MARGIN)];
+            // Affine in the half-width.
+            let (least, slope) =
+                (context.kept_back(i, k, 0.0), context.kept_back(i, k, 1.0) - context.kept_back(i, k, 0.0));
+            let mut terms = vec![(v.dz.start + k, 1.0 - MARGIN - slope)];
             minus(&mut terms, &v.sigma, proof);
-            self.at_least_zero(terms, 0.0);
+            self.at_least_zero(terms, -least * (1.0 + 2.0 * ROUNDING_MARGIN));
         }
         for (upset, x) in v.upset.zip(&scale) {
             self.at_least_zero([(upset, 1.0)], -LEAST * x);
@@ -252,15 +258,19 @@ impl Program {
     fn references(&mut self, context: &Context, i: usize) {
         let (s, sets) = (&context.network.subsystems[i], &context.sets.subsystems[i]);
         let proofs = self.proofs[i].clone();
+        let noise = context.noise(i);
         for r in 0..s.X.h.len() {
-            let taken =
-                Taken { share: &sets.x_rows[r], tube: &proofs.tube_x[r], terminal: &proofs.terminal_x[r], noise: 0.0 };
+            let taken = Taken {
+                share: &sets.x_rows[r],
+                tube: &proofs.tube_x[r],
+                terminal: &proofs.terminal_x[r],
+                noise: noise.x[r],
+            };
             self.row(i, &s.X.rows[r], s.X.h[r], &taken);
         }
-        let noise = context.noise(i).u;
         for r in 0..s.U.h.len() {
             let (share, tube, terminal) = (&sets.u_rows[r], &proofs.tube_u[r], &proofs.terminal_u[r]);
-            self.row(i, &s.U.rows[r], s.U.h[r], &Taken { share, tube, terminal, noise: noise[r] });
+            self.row(i, &s.U.rows[r], s.U.h[r], &Taken { share, tube, terminal, noise: noise.u[r] });
         }
     }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::program::{MARGIN, Program, TUBE_MARGIN};
+use super::program::{MARGIN, Program, ROUNDING_MARGIN, TUBE_MARGIN};
 use super::verify::{Bounds, Tightening, ends, size_of_z, taken, terminal_rows};
 use super::{Context, Sizing, SubsystemSizing};
 use crate::convex::{Box, Multiplier, Polytope, Strips, Zonotope, least_fixed_point, least_fixed_point_of_blocks};
@@ -28,8 +28,8 @@ pub fn settle(context: &Context, program: &Program, point: &[f64]) -> Result<Siz
         subsystems.push(subsystem(context, program, point, i, q, zeta, dz));
     }
     let objective = program.objective(point);
-    let (slacks, trade) = Default::default();
-    let mut sizing = Sizing { epsilon, subsystems, l_tilde: Vec::new(), objective, slacks, trade };
+    let (slacks, trade, rounded) = Default::default();
+    let mut sizing = Sizing { epsilon, subsystems, l_tilde: Vec::new(), objective, rounded, slacks, trade };
     fit_outputs(context, program, &mut sizing);
     for sized in &mut sizing.subsystems {
         sized.upset = half_axes(&sized.Sigma);
@@ -159,17 +159,20 @@ fn subsystem(
 fn fitted_terminal(context: &Context, program: &Program, i: usize, sigma: DVector<f64>, dz: &DVector<f64>) -> Strips {
     let (proofs, normals) = (&program.proofs[i], &program.proofs[i].terminal_normals);
     let (s, g) = (&context.network.subsystems[i], &context.gains.subsystems[i]);
-    let set = Strips { P: normals.clone(), q: invariant(&proofs.terminal, sigma).map(|v| to_digits(v, DERIVED)) };
+    let rounded = context.rounded(i, normals) * (1.0 + ROUNDING_MARGIN);
+    let set =
+        Strips { P: normals.clone(), q: invariant(&proofs.terminal, sigma, &rounded).map(|v| to_digits(v, DERIVED)) };
     let taken = Bounds::new(&set).all(&proofs.terminal_z, &size_of_z(s, g));
-    let fits = dz.iter().zip(&taken).map(|(dz, taken)| dz / taken * (1.0 - 1e-9)).fold(1.0, f64::min);
+    let room = dz.iter().enumerate().map(|(k, dz)| dz - context.kept_back(i, k, *dz));
+    let fits = room.zip(&taken).map(|(room, taken)| room / taken * (1.0 - 1e-9)).fold(1.0, f64::min);
     Strips { q: set.q.map(|v| to_digits(v * fits, DERIVED)), ..set }
 }
 
-/// sigma, raised where |Lambda| sigma <= sigma fails by c: |Lambda| v = v - 1 for v = (I - |Lambda|)^-1 1, so that
+/// sigma, raised where |Lambda| sigma + `rounded` <= sigma fails by c: |Lambda| v = v - 1 for v = (I - |Lambda|)^-1 1, so that
 /// sigma + c v holds.
-fn invariant(proofs: &[Multiplier], sigma: DVector<f64>) -> DVector<f64> {
+fn invariant(proofs: &[Multiplier], sigma: DVector<f64>, rounded: &DVector<f64>) -> DVector<f64> {
     let abs = DMatrix::from_fn(proofs.len(), proofs.len(), |r, k| proofs[r].mu[k].abs());
-    let lacking = (&abs * &sigma - &sigma * (1.0 - 0.5 * MARGIN)).max();
+    let lacking = (&abs * &sigma + rounded - &sigma * (1.0 - 0.5 * MARGIN)).max();
     let one = DVector::from_element(proofs.len(), 1.0);
     match (DMatrix::identity(proofs.len(), proofs.len()) - abs).lu().solve(&one) {
         Some(v) if lacking > 0.0 && v.min() > 0.0 => sigma + v * (lacking * (1.0 + 1e-9)),
@@ -226,7 +229,9 @@ pub fn admit_drift(context: &Context, program: &Program, sizing: &mut Sizing) {
         }
     }
     for (sets, sized) in context.sets.subsystems.iter().zip(&mut sizing.subsystems) {
-        sized.drift = sets.floor.map(|floor| down_to_digits(floor * share, CHOSEN));
+        // What single precision rounds is charged together with a drift of its own.
+        let drift = if sets.rounding.is_some() { sets.rounding.drift.clone() } else { &sets.floor * share };
+        sized.drift = drift.map(|drift| down_to_digits(drift, CHOSEN));
     }
 }
 

@@ -23,8 +23,11 @@ impl Tightening {
         let set = Bounds::new(E);
         let proofs = &program.proofs[i];
         let of_tube = set.all(&proofs.tube_u, &size_of_u(s, g));
-        let u = of_tube.iter().zip(&context.noise(i).u).map(|(tube, noise)| with_noise(*tube, *noise)).collect();
-        Self { x: set.all(&proofs.tube_x, &s.X.H.abs()), u }
+        let noise = context.noise(i);
+        let u = of_tube.iter().zip(&noise.u).map(|(tube, noise)| with_noise(*tube, *noise)).collect();
+        let of_tube = set.all(&proofs.tube_x, &s.X.H.abs());
+        let x = of_tube.iter().zip(&noise.x).map(|(tube, noise)| with_noise(*tube, *noise)).collect();
+        Self { x, u }
     }
 
     /// h - support, rounded down.
@@ -133,9 +136,11 @@ impl Inclusions<'_> {
             }
         }
         let image = terminal.set.P.abs() * &F;
+        let rounded = self.context.rounded(self.i, &terminal.set.P);
         for (r, proof) in self.proofs.terminal.iter().enumerate() {
             let bound = terminal.support(proof, image.row(r).iter().copied());
-            self.record("(24)", format!("Sigma invariant, normal {}", r + 1), terminal.set.q[r] - bound);
+            let kept = terminal.set.q[r] - with_noise(bound, rounded[r]);
+            self.record("(24)", format!("Sigma invariant, normal {}", r + 1), kept);
         }
     }
 
@@ -151,7 +156,8 @@ impl Inclusions<'_> {
             self.record("(21)", format!("z = {name}"), sized.zeta[k] - sum_upper([of_tube, noise[k], sized.dz[k]]));
             self.record("(22)", format!("Delta^z of {name}"), sized.dz[k]);
             let of_terminal = terminal.support(&self.proofs.terminal_z[k], row.iter().copied());
-            self.record("(25a)", format!("z = {name}"), sized.dz[k] - of_terminal);
+            let kept_back = self.context.kept_back(self.i, k, sized.dz[k]);
+            self.record("(25a)", format!("z = {name}"), sized.dz[k] - with_noise(of_terminal, kept_back));
         }
     }
 

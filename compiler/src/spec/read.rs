@@ -13,7 +13,7 @@ use super::{
 };
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, code};
 use crate::gains::GainChoice;
-use crate::network::Norm;
+use crate::network::{Norm, Scalar};
 
 pub(super) fn spec(file: &mut Table<'_>, errors: &mut Diagnostics) -> Option<Spec> {
     let name = file.required("name", errors, title);
@@ -22,6 +22,7 @@ pub(super) fn spec(file: &mut Table<'_>, errors: &mut Diagnostics) -> Option<Spe
     let reference = file.optional("reference", errors, reference).unwrap_or_default();
     let sizing = file.optional("sizing", errors, sizing).unwrap_or_default();
     let gains = file.optional("gains", errors, gains);
+    let scalar = file.optional("scalar", errors, scalar);
     let start_anywhere = file.optional("start-anywhere", errors, |value, errors| {
         boolean(value, errors).map(|anywhere| At::new(anywhere, value.place.clone()))
     });
@@ -37,6 +38,7 @@ pub(super) fn spec(file: &mut Table<'_>, errors: &mut Diagnostics) -> Option<Spe
         reference,
         sizing,
         gains,
+        scalar,
         start_anywhere,
         collective,
         subsystems: subsystems?,
@@ -82,6 +84,21 @@ fn gains(value: &Value<'_>, errors: &mut Diagnostics) -> Option<At<GainChoice>> 
         }
     };
     Some(At::new(choice, written.place))
+}
+
+fn scalar(value: &Value<'_>, errors: &mut Diagnostics) -> Option<At<Scalar>> {
+    let written = text(value, errors)?;
+    let scalar = match written.value.parse() {
+        Ok(scalar) => scalar,
+        Err(_) => {
+            let error = choice(format!("there is no scalar type \"{}\" to compute in", written.value), written.place);
+            errors.push(
+                error.help("write scalar = \"f64\", the default, or \"f32\" for processors without double precision"),
+            );
+            return None;
+        }
+    };
+    Some(At::new(scalar, written.place))
 }
 
 fn norm(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Norm> {

@@ -145,6 +145,7 @@ fn problem(dpc: &DpcProblem) -> Result<Problem, &'static str> {
         V: [[0.0; NV]; NR],
         gram: &[],
         extent: [0; NR],
+        slack: &[],
         lower: [f64::NEG_INFINITY; NR],
         upper: [f64::INFINITY; NR],
         tube: [[0.0; 4]; NT],

@@ -7,6 +7,7 @@ mod plan;
 mod planar;
 mod random;
 mod reference;
+mod single;
 mod solver;
 mod step;
 

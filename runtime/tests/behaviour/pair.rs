@@ -98,6 +98,7 @@ fn problem() -> DpcProblem<1, 1, 2, 3, 8, 1, 2, 2> {
         V: scaled.map(|(v, ..)| v),
         gram: &[],
         extent: scaled.map(|(v, ..)| v.iter().rposition(|x| *x != 0.0).map_or(0, |last| last as u16 + 1)),
+        slack: &[],
         lower: scaled.map(|(_, limit, _)| -limit),
         upper: scaled.map(|(_, limit, _)| limit),
         tube: [[scaled[0].2]],

@@ -86,6 +86,7 @@ fn problem() -> DpcProblem<2, 2, 2, 6, 2, 2, 0, 0> {
         V: array::from_fn(unit),
         gram: &[],
         extent: [1, 2],
+        slack: &[],
         lower: [-1e-6; 2],
         upper: [1e-6; 2],
         tube: [[-1.0, 0.0], [0.0, -1.0]],

@@ -11,6 +11,7 @@ use crate::convex::PowerSum;
 use crate::gains::Gains;
 use crate::network::{Network, Subsystem};
 use crate::optim::lyapunov::Contraction;
+use crate::optim::responses::{Accuracy, power_sum};
 use crate::optim::rounding::sum_upper;
 
 /// The reference system's steady states and Delta^chi, (9)-(13).
@@ -20,6 +21,8 @@ pub struct References {
     steady_error: Vec<f64>,
     sum: PowerSum,
     loads: Option<loads::Response>,
+    /// What a step rounds, and calF.
+    rounded: Option<(DVector<f64>, DMatrix<f64>)>,
     /// Bound of |(I - calF)^-1 w|_P over the floor boxes w of all states.
     drift: f64,
     contraction: Contraction,
@@ -29,7 +32,12 @@ pub struct References {
 
 impl References {
     /// `None` where the steady states cannot be computed.
-    pub fn new(network: &Network, gains: &Gains, contraction: &Contraction) -> Option<Self> {
+    pub fn new(
+        network: &Network,
+        gains: &Gains,
+        contraction: &Contraction,
+        arithmetic: Option<DVector<f64>>,
+    ) -> Option<Self> {
         let steady = gains.steady()?;
         let (calF, calG) = (gains.calF.to_dense(), gains.calG.to_dense());
         let size = calF.nrows();
@@ -42,10 +50,11 @@ impl References {
         let error: Vec<f64> = (0..steady.ncols()).map(|j| steady_error[j] + rounded(j)).collect();
         let blocks = network.subsystems.iter().map(Subsystem::p).collect();
         let loads = loads::Response::new(network, gains, &calF, contraction)?;
+        let rounded = arithmetic.map(|rounded| (rounded, calF.clone()));
         let sum = PowerSum::new(calF, W, blocks, network.reference.norm, contraction.clone(), &error);
         let drift = contraction.norm_of_box(&collective_floor(network, gains)) * geometric;
         let (contraction, chi_offset) = (contraction.clone(), gains.chi_offset.clone());
-        Some(Self { steady, steady_error, sum, loads, drift, contraction, chi_offset, size })
+        Some(Self { steady, steady_error, sum, loads, rounded, drift, contraction, chi_offset, size })
     }
 
     /// Per subsystem, the rows of X_i on xref and of U_i on uref = calK chi.
@@ -61,7 +70,9 @@ impl References {
                 if doubt <= MOST_DOUBT * rate {
                     return share;
                 }
-                let sparse = better.get_or_init(|| by_sparse_rows(network, gains));
+                let sparse = better.get_or_init(|| {
+                    by_sparse_rows(network, gains, self.rounded.as_ref().map(|(rounded, _)| rounded.clone()))
+                });
                 let other = sparse.as_ref().and_then(|sparse| sparse.whole_share(i, row));
                 let better = other.filter(|other| other.rate < rate).unwrap_or(share);
                 let summed = rate - doubt;
@@ -105,7 +116,15 @@ impl References {
     }
 
     fn load(&self, d: &DVector<f64>) -> f64 {
-        self.loads.as_ref().map_or(0.0, |loads| loads.share(d, self.contraction.dual_norm(d)))
+        let loads = self.loads.as_ref().map_or(0.0, |loads| loads.share(d, self.contraction.dual_norm(d)));
+        loads + self.rounding(d)
+    }
+
+    /// Upper bound of the sum over k of |d calF^k| on what a step rounds.
+    fn rounding(&self, d: &DVector<f64>) -> f64 {
+        let Some((rounded, calF)) = &self.rounded else { return 0.0 };
+        let (row, columns) = (DMatrix::from_row_slice(1, d.len(), d.as_slice()), DMatrix::from_diagonal(rounded));
+        power_sum(&row, calF, &self.contraction, &columns, Accuracy::LOOSE).sum()
     }
 
     /// A row over chi_i as a row over the collective chi; entries past the given ones are zero.
@@ -116,11 +135,7 @@ impl References {
     }
 
     pub fn coupling_loads(&self, network: &Network) -> Vec<f64> {
-        let Some(loads) = &self.loads else { return vec![0.0; network.coupling_constraints.len()] };
-        let taken = |j: usize, H: &DVector<f64>| {
-            let d = self.direction(j, &network.subsystems[j].C.tr_mul(H));
-            loads.share(&d, self.contraction.dual_norm(&d))
-        };
+        let taken = |j: usize, H: &DVector<f64>| self.load(&self.direction(j, &network.subsystems[j].C.tr_mul(H)));
         let constraints = network.coupling_constraints.iter();
         constraints.map(|c| sum_upper(c.H.iter().map(|(&j, H)| taken(j, H)))).collect()
     }
@@ -133,7 +148,7 @@ impl References {
             Sums::Proved => self.sum.support(&d),
             Sums::Estimated => self.sum.estimates(std::slice::from_ref(&d)).into_iter().fold(0.0, f64::max),
         };
-        let load = self.loads.as_ref().map_or(0.0, |loads| loads.share(&d, dual).max(loads.share(&-&d, dual)));
+        let load = self.load(&d).max(self.load(&-&d));
         Transients { rate, load, drift: dual * self.drift }
     }
 
@@ -149,11 +164,11 @@ impl References {
 /// network charges a row for the slowest mode of all, whether it has a part in it or not.
 const MOST_DOUBT: f64 = 1e-5;
 
-fn by_sparse_rows(network: &Network, gains: &Gains) -> Option<sparse::References> {
+fn by_sparse_rows(network: &Network, gains: &Gains, rounded: Option<DVector<f64>>) -> Option<sparse::References> {
     let responses = gains.responses(network)?;
     // Nothing is left out of the rows.
     let caps = DVector::from_element(gains.calG.ncols(), f64::INFINITY);
-    sparse::References::new(network, gains, &responses, caps)
+    sparse::References::new(network, gains, &responses, caps, rounded)
 }
 
 /// What double precision may have done to an entry of (I - F) `steady` - G.

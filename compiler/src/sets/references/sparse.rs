@@ -32,6 +32,8 @@ pub struct References {
     loads: Option<Loads>,
     /// Sum over k of |e_j' calF^k| over the floor boxes.
     drift: DVector<f64>,
+    /// The same over what a step rounds.
+    rounded: Option<DVector<f64>>,
     y_caps: DVector<f64>,
 }
 
@@ -79,7 +81,13 @@ impl Input {
 
 impl References {
     /// `None` where the steady states cannot be computed.
-    pub fn new(network: &Network, gains: &Gains, responses: &Responses, y_caps: DVector<f64>) -> Option<Self> {
+    pub fn new(
+        network: &Network,
+        gains: &Gains,
+        responses: &Responses,
+        y_caps: DVector<f64>,
+        rounded: Option<DVector<f64>>,
+    ) -> Option<Self> {
         let starts = gains.chi_starts();
         let lu = BlockLu::of_identity_minus(&gains.calF, &starts)?;
         let front = Front::new(gains.calF.clone(), starts);
@@ -89,6 +97,7 @@ impl References {
             outputs: Input::new(&front, responses, G, network.reference.norm),
             loads: Loads::new(network, gains, &front, responses),
             drift: responses.to(&collective_floor(network, gains)),
+            rounded: rounded.map(|rounded| responses.to(&rounded)),
             chi: gains.chi_offset.clone(),
             calG: gains.calG.clone(),
             front,
@@ -135,6 +144,7 @@ impl References {
             steady: self.calG.row_times(&x0),
             steady_error: residual.dot(self.outputs.charge.later()),
             drift: d.abs().dot(&self.drift),
+            rounding: self.rounded.as_ref().map_or(0.0, |rounded| d.abs().dot(rounded)),
             loads: loads.as_ref().map(|(loads, at_rate, in_range)| LoadShare {
                 steady: loads.Mcal.row_times(&x0),
                 error: residual.dot(&loads.ends) + self.front.unit() * x0.abs().dot(&loads.ends),
@@ -170,11 +180,17 @@ impl References {
             steady_error: direction.steady_error,
             rest,
             drift: direction.drift,
-            load: match (&direction.loads, &self.loads) {
-                (Some(share), Some(loads)) => loads.taken(share, sign),
-                _ => 0.0,
-            },
+            load: self.load(direction, sign),
         }
+    }
+
+    /// What loads and rounding take.
+    fn load(&self, direction: &Direction, sign: f64) -> f64 {
+        let loads = match (&direction.loads, &self.loads) {
+            (Some(share), Some(loads)) => loads.taken(share, sign),
+            _ => 0.0,
+        };
+        loads + direction.rounding
     }
 
     /// The entries of the steady row without those that together take at most `budget`, and what these take.
@@ -197,14 +213,10 @@ impl References {
     pub fn output(&self, i: usize, row: &DVector<f64>, sums: Sums) -> Transients {
         let care = if sums == Sums::Proved { Care::PROVED } else { Care::ESTIMATED };
         let known = self.directions(&mut self.front.space(), i, std::slice::from_ref(row), care);
-        let loads = |known: &Direction| match (&self.loads, &known.loads) {
-            (Some(loads), Some(share)) => loads.taken(share, 1.0).max(loads.taken(share, -1.0)),
-            _ => 0.0,
-        };
         // One row was given, and one direction comes back.
         known.first().map_or(Transients::UNKNOWN, |known| Transients {
             rate: known.rate,
-            load: loads(known),
+            load: self.load(known, 1.0).max(self.load(known, -1.0)),
             drift: known.drift,
         })
     }
@@ -214,11 +226,7 @@ impl References {
     }
 
     pub fn coupling_loads(&self, network: &Network) -> Vec<f64> {
-        let of = |known: &Direction| match (&self.loads, &known.loads) {
-            (Some(loads), Some(share)) => loads.taken(share, 1.0),
-            _ => 0.0,
-        };
-        self.of_constraints(network, |_, known| sum_upper(known.iter().map(of)))
+        self.of_constraints(network, |_, known| sum_upper(known.iter().map(|known| self.load(known, 1.0))))
     }
 
     fn of_constraints<T: Send>(
@@ -249,6 +257,7 @@ struct Direction {
     /// Bound of the sum of the errors of `steady`.
     steady_error: f64,
     drift: f64,
+    rounding: f64,
     loads: Option<LoadShare>,
 }
 
