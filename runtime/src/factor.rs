@@ -43,6 +43,12 @@ impl<const NV: usize> Factor<NV> {
         self.len = 0;
     }
 
+    /// The smallest squared distance of a column from the span of those before it.
+    #[inline(always)]
+    pub fn least(&self) -> Real {
+        self.D.iter().take(self.len).fold(Real::INFINITY, |least, d| if *d < least { *d } else { least })
+    }
+
     /// The solution of N'N x = b; entries of b beyond the columns do not count.
     #[inline(always)]
     pub fn solve(&self, b: &[Real; NV]) -> [Real; NV] {

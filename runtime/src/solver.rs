@@ -10,7 +10,7 @@
 //! rounding.
 
 use super::factor::{Column, Factor};
-use super::linear::{add_scaled, close_gap, dot_of, larger, largest};
+use super::linear::{add_scaled, close_gap, dot_of, finite, larger, largest};
 use super::{Real, precision};
 pub use crate::working_set::{Glance, Side, WorkingSet, Worst};
 
@@ -133,6 +133,8 @@ pub struct Solver<const NV: usize> {
     factor: Factor<NV>,
     iterations: usize,
     tolerance: Real,
+    /// Sum of the magnitudes of the multipliers that w was made of.
+    weight: Real,
     /// Rounding error of w = N multipliers; none once w was refined.
     noise: Real,
     /// Whether w and the multipliers were refined since the working set last changed.
@@ -165,6 +167,8 @@ enum Stop<const NV: usize> {
     /// The row's normal is minus a non-negative combination of those in the working set: with these coefficients.
     Contradiction([Real; NV]),
     Budget,
+    /// The factor is too far off to say anything.
+    Lost,
 }
 
 /// What a contradiction amounts to.
@@ -207,6 +211,7 @@ impl<const NV: usize> Solver<NV> {
         factor: Factor::EMPTY,
         iterations: 0,
         tolerance: TOLERANCE,
+        weight: 0.0,
         noise: 0.0,
         sharp: true,
         clear: false,
@@ -227,6 +232,8 @@ impl<const NV: usize> Solver<NV> {
                 // A look that allowed for noise above the tolerance has seen nothing yet.
                 let coarse = self.noise > self.tolerance * self.magnitude;
                 match if self.sharp { Settled::Final } else { self.settle(rows) } {
+                    // What is not a number violates nothing.
+                    Settled::Final if !finite(&self.w) => return Outcome::IterationLimit,
                     Settled::Final if !coarse => return Outcome::Optimal { iterations: self.iterations },
                     Settled::Final | Settled::Moved => continue,
                     Settled::Lost => return Outcome::IterationLimit,
@@ -235,6 +242,8 @@ impl<const NV: usize> Solver<NV> {
             match self.enter(rows, &violated, budget) {
                 Ok(()) => self.combine(rows),
                 Err(Stop::Budget) => return Outcome::IterationLimit,
+                Err(Stop::Lost) if self.fresh => return Outcome::IterationLimit,
+                Err(Stop::Lost) => self.refresh(rows),
                 Err(Stop::Contradiction(_)) if !self.fresh => self.refresh(rows),
                 Err(Stop::Contradiction(proof)) => match self.judge(rows, &violated, &proof) {
                     Verdict::Proved => return self.refute(violated, &proof),
@@ -326,6 +335,8 @@ impl<const NV: usize> Solver<NV> {
                 return Some(entry);
             }
             match rows.worst(&self.w, size, self.parts()) {
+                // Products of rows know w by the multipliers, which may be much larger than w: then that says nothing.
+                Worst::Kept if SUMMED * self.weight > STILL * size => {}
                 Worst::Kept => {
                     self.clear = self.noise <= STILL * size;
                     return None;
@@ -424,8 +435,11 @@ impl<const NV: usize> Solver<NV> {
         let mut products = self.products_with(rows, entry);
         while self.iterations < budget {
             let mut column = self.factor.column(&products, 1.0);
-            if column.pivot < SAFE && self.len > 0 {
+            if self.is_delicate(&column) {
                 column = self.project(rows, entry);
+            }
+            if !self.is_sound(&column) {
+                return Err(Stop::Lost);
             }
             let independent = column.pivot > DEPENDENT && self.len < NV;
             let full = if independent { violation / column.pivot } else { Real::INFINITY };
@@ -455,6 +469,18 @@ impl<const NV: usize> Solver<NV> {
             }
         }
         Err(Stop::Budget)
+    }
+
+    /// Whether the row, or one of the working set, is so near to the span of others that the factor alone may be far off.
+    #[inline(always)]
+    fn is_delicate(&self, column: &Column<NV>) -> bool {
+        self.len > 0 && (column.pivot < SAFE || self.factor.least() < SAFE)
+    }
+
+    /// Whether the distance of the row from the span of the working set is one that a row of unit length can have.
+    #[inline(always)]
+    fn is_sound(&self, column: &Column<NV>) -> bool {
+        column.pivot <= if self.len < NV { 1.0 + SAFE } else { SAFE }
     }
 
     /// The coefficients r of normal = N r + z, z orthogonal to the working set's normals N, and |z|^2, by iterative
@@ -630,7 +656,7 @@ impl<const NV: usize> Solver<NV> {
             weight += multiplier.abs();
         }
         self.magnitude = largest(&self.w);
-        (self.noise, self.sharp) = (SUMMED * weight, false);
+        (self.weight, self.noise, self.sharp) = (weight, SUMMED * weight, false);
     }
 
     /// N' vector.
@@ -663,7 +689,7 @@ impl<const NV: usize> Solver<NV> {
     #[inline(always)]
     fn push_independent(&mut self, rows: &impl Rows<NV>, entry: Halfspace) {
         let mut column = self.factor.column(&self.products_with(rows, &entry), 1.0);
-        if column.pivot < SAFE && self.len > 0 {
+        if self.is_delicate(&column) {
             column = self.project(rows, &entry);
         }
         if column.pivot > DEPENDENT {
