@@ -5,6 +5,6 @@
 
 #[rustfmt::skip]
 pub mod four_tank;
-/// The same in single precision: `--scalar f32 --out generated/four_tank_single`.
+/// The same in single precision: `--scalar f32`.
 #[rustfmt::skip]
 pub mod four_tank_single;

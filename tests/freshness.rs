@@ -46,15 +46,14 @@ fn emitted((example, scalar): (&str, Scalar)) -> (PathBuf, Emitted) {
     let source = read(&PathBuf::from("../examples").join(example).join("system.toml"));
     let design = Design::in_scalar(source.clone(), scalar, None, &mut ());
     let design = design.unwrap_or_else(|errors| panic!("{}", errors.render(&source, false)));
-    let single = if scalar == Scalar::Single { "_single" } else { "" };
-    let folder = package_folder(&design.network) + single;
+    let folder = package_folder(&design.network);
     (root().join("../generated").join(folder), Emitted::new(&design))
 }
 
 fn refresh((example, scalar): (&str, Scalar)) -> String {
     let single = match scalar {
         Scalar::Double => String::new(),
-        Scalar::Single => format!(" --scalar f32 --out generated/{example}_single"),
+        Scalar::Single => " --scalar f32".to_owned(),
     };
     format!(
         "refresh it with: .ci/metal keep, or cargo run --release -p dpc-codegen -- examples/{example}/system.toml{single} --measure"

@@ -131,7 +131,7 @@ fn limits_rest_on_what_was_seen() {
         );
     }
     let emitted = Emitted::new(&design);
-    assert!(emitted.files[1].1.contains("--iterations 100") && emitted.files[1].1.contains("// sampled: at most"));
+    assert!(emitted.files[1].1.contains("--iterations=100") && emitted.files[1].1.contains("// sampled: at most"));
     assert!(Summary::new(&design, &emitted).to_string().contains("sampled: at most"));
 }
 
@@ -144,5 +144,5 @@ fn a_certified_limit_is_baked_in() {
     let longest = certificate.most.max(certificate.infeasible.unwrap_or(0));
     assert_eq!(problems.dpc.max_iterations, longest + 2 * problems.dpc.V.ncols());
     let text = &Emitted::new(&design).files[1].1;
-    assert!(text.contains(&format!("// certified: at most {} changes from any start", certificate.most)));
+    assert!(text.contains(&format!("// certified: at most {} changes where", certificate.most)));
 }

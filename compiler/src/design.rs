@@ -5,6 +5,7 @@ use crate::gains::{Gains, Settled};
 use crate::iterations;
 use crate::network::{Network, Scalar, Start};
 use crate::problems::Problems;
+use crate::rounding::asked;
 use crate::sets::Sets;
 use crate::sizing::Sizing;
 use crate::spec::Spec;
@@ -157,11 +158,9 @@ fn too_coarse(network: &Network, mistakes: Diagnostics) -> Diagnostics {
     let network = Network { scalar: Scalar::Double, ..network.clone() };
     match mistakes.0.first() {
         Some(first) if first.code != code::SINGLE_PRECISION && Design::searched(network.clone(), &mut ()).is_ok() => {
-            let place = network.places.scalar.clone().unwrap_or_default();
+            let (place, label, _) = asked(&network);
             let error = Diagnostic::error(code::SINGLE_PRECISION, "this network needs double precision");
-            let error = error
-                .at(place, "every number is rounded to 24 bits")
-                .note(format!("in single precision {}", first.title));
+            let error = error.at(place, label).note(format!("in single precision {}", first.title));
             let error = first.notes.iter().fold(error, |error, note| error.note(note.clone()));
             error.help("write scalar = \"f64\", or bound states and inputs no more generously than they need").into()
         }

@@ -33,6 +33,7 @@ use std::collections::BTreeSet;
 use dpc_runtime::solver::Side;
 
 use crate::design::Design;
+use crate::network::Scalar;
 use crate::problems::DpcProblem;
 use crate::sharing::spread;
 pub use certify::certify;
@@ -94,13 +95,15 @@ pub enum Uncertified {
     Work(usize),
     /// Of some region it could not be told whether it is empty.
     Undecided,
+    /// A certificate is about exact arithmetic with the thresholds of double precision.
+    Precision,
 }
 
 /// What the limit is at least of what was seen.
 pub const FACTOR: usize = 3;
 
 /// Questions of a certificate per sample.
-const QUESTIONS: usize = 1000;
+const QUESTIONS: usize = 100;
 
 /// Limit of a problem that nothing more is known of. A dual active-set method changes its working set a few times the
 /// number of active rows; this is generous.
@@ -121,7 +124,11 @@ pub fn count(design: &Design, samples: usize) -> Vec<Iterations> {
         let dpc = &design.problems.subsystems[i].dpc;
         let mut space = Space::new(dpc, s, sized, &design.network);
         let seen = walk(dpc, &mut space, samples);
-        (seen, certify(dpc, &space, QUESTIONS * samples))
+        let certificate = match design.network.scalar {
+            Scalar::Double => certify(dpc, &space, QUESTIONS * samples),
+            Scalar::Single => Err(Uncertified::Precision),
+        };
+        (seen, certificate)
     });
     let both = drawn.into_iter().zip(runs);
     both.map(|((seen, certificate), run)| Iterations { seen, run, certificate }).collect()
@@ -140,7 +147,7 @@ impl Iterations {
         }
     }
 
-    /// The most changes that were seen, with and without solution, and of how many problems.
+    /// The most changes that were seen, with and without solution, and how many problems had one.
     fn most_seen(&self) -> (usize, usize) {
         let all = || self.seen.iter().chain(&self.run);
         let most = all().map(|seen| seen.cold.max(seen.warm).max(seen.infeasible)).max();
@@ -151,7 +158,12 @@ impl Iterations {
     pub fn origin(&self) -> (String, Option<Uncertified>) {
         let (seen, problems) = self.most_seen();
         match &self.certificate {
-            Ok(Certificate { most, .. }) => (format!("certified: at most {most} changes from any start"), None),
+            Ok(Certificate { most, .. }) => {
+                (format!("certified: at most {most} changes where there is a solution, rounding apart"), None)
+            }
+            Err(Uncertified::Precision) => {
+                (format!("sampled in f64: at most {seen} changes in {problems} problems"), Some(Uncertified::Precision))
+            }
             Err(why) => (format!("sampled: at most {seen} changes in {problems} problems"), Some(*why)),
         }
     }
@@ -164,6 +176,7 @@ impl std::fmt::Display for Uncertified {
             Self::Parameters(count) => write!(f, "too many parameters to certify ({count})"),
             Self::Work(questions) => write!(f, "not certified after {questions} questions"),
             Self::Undecided => write!(f, "not certified, rounding"),
+            Self::Precision => write!(f, "f32 is not certified"),
         }
     }
 }

@@ -11,7 +11,7 @@ use dpc_codegen::design::Design;
 use dpc_codegen::diagnostic::{Diagnostics, Source};
 use dpc_codegen::emit::{Emitted, package_folder, write_all};
 use dpc_codegen::export::design_json;
-use dpc_codegen::footprint::{Measured, Target, Workshop};
+use dpc_codegen::footprint::{Measured, Target, Workshop, without};
 use dpc_codegen::network::Scalar;
 use dpc_codegen::summary::Summary;
 use dpc_codegen::tuning::{Effort, Progress, Watch, frozen};
@@ -48,7 +48,7 @@ struct Arguments {
     #[arg(long, value_name = "TARGET", num_args = 0..=1, require_equals = true, default_missing_value = "host")]
     measure: Vec<String>,
     /// Count the solver's iterations on that many problems per subsystem, certify small ones, and set the limits by it
-    #[arg(long, value_name = "SAMPLES", num_args = 0..=1, default_missing_value = "10000")]
+    #[arg(long, value_name = "SAMPLES", num_args = 0..=1, require_equals = true, default_missing_value = "10000", value_parser = samples)]
     iterations: Option<usize>,
     /// Print time and peak memory of every stage, one per line
     #[arg(long)]
@@ -158,7 +158,8 @@ fn write(arguments: &Arguments, design: &Design, emitted: &Emitted) -> Result<St
     let folder = arguments.out.clone().unwrap_or_else(default);
     let json = arguments.design.as_ref().map(|path| (path.clone(), design_json(design)));
     let gains = arguments.gains_out.as_ref().map(|path| (path.clone(), frozen(&design.network, &design.gains)));
-    let mut files = emitted.paths(&folder);
+    let texts = kept(emitted, &folder);
+    let mut files = texts.iter().map(|(path, text)| (path.clone(), text.as_str())).collect::<Vec<_>>();
     files.extend(json.iter().chain(&gains).map(|(path, text)| (path.clone(), text.as_str())));
     let changed = write_all(&files).map_err(|error| format!("error: {error}"))?;
     if files.len() > MOST_LISTED {
@@ -172,6 +173,21 @@ fn write(arguments: &Arguments, design: &Design, emitted: &Emitted) -> Result<St
         .zip(changed)
         .map(|((path, _), changed)| format!("{} {}\n", word(changed), path.display()))
         .collect())
+}
+
+/// What is to be in each file: what is there, where that says the same and what it takes besides.
+fn kept(emitted: &Emitted, folder: &Path) -> Vec<(PathBuf, String)> {
+    let of = |(path, text): (PathBuf, &str)| {
+        let there = std::fs::read_to_string(&path).ok().filter(|there| without(there) == text);
+        (path, there.unwrap_or_else(|| text.to_owned()))
+    };
+    emitted.paths(folder).into_iter().map(of).collect()
+}
+
+/// How many samples a word stands for.
+fn samples(word: &str) -> Result<usize, String> {
+    let count = word.parse().ok().filter(|count| *count > 0);
+    count.ok_or_else(|| "a whole number of at least 1 is expected, such as 10000".to_owned())
 }
 
 /// Files that are named one by one.

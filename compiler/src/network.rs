@@ -394,6 +394,12 @@ impl Network {
         self.subsystems.iter().any(Subsystem::is_disturbed)
     }
 
+    /// The scalar type that the file states.
+    pub fn stated_scalar(&self) -> Scalar {
+        let stated = self.places.scalar.clone().and_then(|place| self.source.text.get(place));
+        stated.and_then(|text| text.trim_matches(['"', '\'']).parse().ok()).unwrap_or_default()
+    }
+
     /// Whether a changing constraint states a margin.
     pub fn has_margins(&self) -> bool {
         self.subsystems.iter().any(|s| s.margin().is_some())

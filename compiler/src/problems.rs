@@ -12,7 +12,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::gains::{Gains, SubsystemGains};
 use crate::iterations::{Iterations, limit_by_size};
 use crate::network::{Network, Subsystem};
-use crate::rounding::{Reserve, Rounding};
+use crate::rounding::{Reserve, Rounding, asked};
 use crate::sets::{Sets, noise_support};
 use crate::sharing::spread;
 use crate::sizing::{Sizing, SubsystemSizing};
@@ -285,9 +285,9 @@ fn indefinite(s: &Subsystem) -> Diagnostic {
 }
 
 fn needs_double(network: &Network, s: &Subsystem, row: &str) -> Diagnostic {
-    let place = network.places.scalar.clone().unwrap_or_else(|| s.places.header.clone());
+    let (place, label, _) = asked(network);
     Diagnostic::error(code::SINGLE_PRECISION, format!("subsystem `{}` needs double precision", s.name))
-        .at(place, "every number is rounded to 24 bits")
+        .at(place, label)
         .note(format!("rounding may take all of {row}"))
         .help("write scalar = \"f64\", bound signals no more generously than they need, or leave more room (a larger reserve)")
 }

@@ -389,16 +389,29 @@ fn stacked(a: &DVector<f64>, b: &DVector<f64>) -> DVector<f64> {
     DVector::from_iterator(a.len() + b.len(), a.iter().chain(b).copied())
 }
 
+/// Where single precision was asked for, what to say there, and how to do without.
+pub(crate) fn asked(network: &Network) -> (Place, &'static str, &'static str) {
+    match (network.places.scalar.clone(), network.stated_scalar()) {
+        (Some(place), Scalar::Single) => {
+            (place, "single precision is asked for here", "write scalar = \"f64\", or leave the key out")
+        }
+        (place, _) => {
+            let name = network.places.horizon.clone().unwrap_or_default();
+            (place.unwrap_or(name), "single precision is asked for by `--scalar f32`", "leave out --scalar f32")
+        }
+    }
+}
+
 /// # Errors
 /// All that a controller in single precision cannot have yet.
 fn is_covered(network: &Network) -> Result<(), Diagnostics> {
     let mut errors = Diagnostics::default();
-    let here = network.places.scalar.clone().unwrap_or_default();
+    let (here, asked, way_out) = asked(network);
     let mut refuse = |place: Option<&Place>, what: &str| {
         let error = Diagnostic::error(code::SINGLE_PRECISION, format!("{what} need double precision"));
         let error = error.at(place.unwrap_or(&here).clone(), "what rounding does to these is not bounded");
-        let error = if place.is_some() { error.at(here.clone(), "single precision is asked for here") } else { error };
-        errors.push(error.help("write scalar = \"f64\", or leave the key out"));
+        let error = if place.is_some() { error.at(here.clone(), asked) } else { error };
+        errors.push(error.help(way_out));
     };
     for s in &network.subsystems {
         if s.measurement_error.amax() > 0.0 {
@@ -418,22 +431,22 @@ fn is_covered(network: &Network) -> Result<(), Diagnostics> {
 }
 
 fn unbounded(network: &Network, s: &Subsystem, signal: &Signal, kind: &str) -> Diagnostic {
-    let place = network.places.scalar.clone().unwrap_or_else(|| s.places.header.clone());
+    let (place, label, _) = asked(network);
     let bounds = if kind == "state" { &s.places.X } else { &s.places.U };
     Diagnostic::error(code::SINGLE_PRECISION, format!("single precision needs bounds of `{}`", signal.name))
-        .at(place, "every number is rounded to 24 bits")
+        .at(place, label)
         .at(s.places.or_header(bounds), format!("{kind} `{}` of `{}` has no bound on one side", signal.name, s.name))
         .note("what rounding takes of the constraints is worked out from the largest values the signals can have")
         .help(format!(
-            "bound it, generously if need be, or write scalar = \"f64\"; what `{}` cannot exceed is enough",
+            "bound it by what `{}` cannot exceed, and not much more generously: rounding is relative to it; or compute in f64",
             signal.name
         ))
 }
 
 fn uneven(network: &Network, s: &Subsystem) -> Diagnostic {
-    let place = network.places.scalar.clone().unwrap_or_else(|| s.places.header.clone());
+    let (place, label, _) = asked(network);
     Diagnostic::error(code::SINGLE_PRECISION, format!("subsystem `{}` needs double precision", s.name))
-        .at(place, "every number is rounded to 24 bits")
+        .at(place, label)
         .note("its weights or gains are too close to singular, or its signals too large, for what rounding takes to be bounded")
         .help("write scalar = \"f64\", or scale the units so that weights are of similar size")
 }

@@ -2,7 +2,7 @@
 //
 // Written by dpc-codegen 0.1.0 from system.toml; do not edit. To make it again:
 //
-//     dpc-codegen system.toml --out four_tank --scalar f32
+//     dpc-codegen system.toml --out four_tank_single --scalar f32
 //
 // Fits dpc-runtime 0.1. Numbers are in the units of system.toml, as deviations from its operating point.
 //

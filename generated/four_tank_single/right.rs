@@ -2,15 +2,15 @@
 //
 // Written by dpc-codegen 0.1.0 from system.toml; do not edit. To make it again:
 //
-//     dpc-codegen system.toml --out four_tank --scalar f32
+//     dpc-codegen system.toml --out four_tank_single --scalar f32
 //
 // Fits dpc-runtime 0.1. Numbers are in the units of system.toml, as deviations from its operating point.
 //
 // Takes, in bytes (`--measure`; opt-level 3, no link-time optimisation):
 //
 //     target                     rustc   code  constants  controller  inbox  step  start
-//     x86_64-unknown-linux-gnu  1.95.0  38689       1524         640     72  1640    600
-//     thumbv7em-none-eabihf     1.96.0  36126       1712         528     72  1216    564
+//     x86_64-unknown-linux-gnu  1.95.0  39499       1548         648     72  1712    616
+//     thumbv7em-none-eabihf     1.96.0  35912       1716         528     72  1192    572
 //
 // Code and constants are what a linker keeps of the functions below; step and start are the most stack of
 // these, their own frames and all they call.

@@ -21,14 +21,14 @@ pub fn header(design: &Design, what: &str) -> String {
     let (major, minor) = RUNTIME;
     let effort =
         design.tuning.as_ref().map(|tuning| format!(" --effort {}", tuning.effort.level())).unwrap_or_default();
-    let scalar = if design.network.scalar != stated_scalar(design) {
+    let scalar = if design.network.scalar != design.network.stated_scalar() {
         format!(" --scalar {}", design.network.scalar.name())
     } else {
         String::new()
     };
     let start = design.start.as_ref().and_then(|plan| plan.start.file.as_ref());
     let start = start.map(|path| format!(" --start {}", file_name(path))).unwrap_or_default();
-    let samples = design.samples.map(|samples| format!(" --iterations {samples}")).unwrap_or_default();
+    let samples = design.samples.map(|samples| format!(" --iterations={samples}")).unwrap_or_default();
     format!(
         "// {}.\n\
          //\n\
@@ -40,13 +40,6 @@ pub fn header(design: &Design, what: &str) -> String {
         one_line(what),
         env!("CARGO_PKG_VERSION"),
     )
-}
-
-/// What the file says.
-fn stated_scalar(design: &Design) -> Scalar {
-    let place = design.network.places.scalar.clone();
-    let stated = place.and_then(|place| design.network.source.text.get(place));
-    stated.and_then(|text| text.trim_matches(['"', '\'']).parse().ok()).unwrap_or_default()
 }
 
 /// Name of the file the network was read from, without its folders: these differ between machines.

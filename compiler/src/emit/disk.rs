@@ -14,6 +14,9 @@ use std::path::{Path, PathBuf};
 pub fn write_all(files: &[(PathBuf, &str)]) -> io::Result<Vec<bool>> {
     let mut staged = Staged::default();
     let mut changed = Vec::new();
+    if let Some((path, _)) = files.iter().find(|(path, _)| path.is_dir()) {
+        return Err(with_path(io::ErrorKind::IsADirectory.into(), path));
+    }
     for (path, text) in files {
         let changes = fs::read(path).ok().as_deref() != Some(text.as_bytes());
         if changes {

@@ -39,7 +39,7 @@ pub use disk::write_all;
 pub use fingerprint::{fingerprint, plan_number};
 
 use crate::design::Design;
-use crate::network::Network;
+use crate::network::{Network, Scalar};
 use crate::sharing::spread;
 use node::Node;
 use steady::Steady;
@@ -89,9 +89,11 @@ impl Emitted {
     }
 }
 
-/// The folder of a network's files: its name, fit for Rust. `four-tank` becomes `four_tank`.
+/// The folder of a network's files: its name, fit for Rust. `four-tank` becomes `four_tank`, and `four_tank_single` where single
+/// precision was asked for beside what the file says.
 pub fn package_folder(network: &Network) -> String {
-    names::module_name(&network.name)
+    let beside = network.scalar == Scalar::Single && network.stated_scalar() == Scalar::Double;
+    names::module_name(&network.name) + if beside { "_single" } else { "" }
 }
 
 /// Code first, tables after.

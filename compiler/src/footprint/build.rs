@@ -14,7 +14,7 @@ pub const PROFILE: &str =
     "[profile.release]\nopt-level = 3\npanic = \"abort\"\ncodegen-units = 1\nlto = \"off\"\ndebug = false\n";
 
 /// Each function tells its stack.
-const FLAGS: &str = "-Z emit-stack-sizes";
+const FLAGS: &str = "-Z emit-stack-sizes -C no-redzone";
 
 const PANIC: &str = "#[panic_handler]\nfn panic(_: &core::panic::PanicInfo<'_>) -> ! {\n    loop {}\n}\n";
 
