@@ -33,7 +33,7 @@
 //! its errors, at most, and M widths <= widths - h + M h would have to hold for it to be accepted: M <= 1.
 //!
 //! A solution or a shifted candidate is used only where every row, as evaluated, is within its limit plus its slack, which the tables
-//! state; so it is exactly within its limit plus its [`Rounding::reserve`], slack + h. Shifting by one step moves a row to the stage
+//! state; so it is exactly within its limit plus its [`Reserve`], slack + h. Shifting by one step moves a row to the stage
 //! before and its value by at most sigma = |A^k| s (all k) + |B| k, and evaluates it anew: with reserves
 //!
 //! ```text

@@ -12,7 +12,8 @@ const INSIDE: Real = precision::KEPT;
 const BISECTIONS: usize = Real::MANTISSA_DIGITS as usize + 7;
 
 /// Set-points further away than this times epsilon are moved to this distance. The direction of the step that (30)
-/// allows is the same to six digits, and no accuracy is lost to large numbers.
+/// allows is the same to six digits, and no accuracy is lost to large numbers. In single precision, where these would lose more, it is
+/// the same to a few percent.
 const HORIZON: Real = precision::HORIZON;
 
 /// Working-set changes of the tiny problems of [`Nearest`], per row.

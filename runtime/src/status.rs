@@ -40,7 +40,9 @@ pub enum Control {
         row: usize,
     },
     /// The iteration budget ran out, or rows are so nearly parallel that the solver could not tell, and the shifted candidate
-    /// violates a constraint: possible only after an infeasible step or lost messages. Input and guarantee as for `Infeasible`.
+    /// violates a constraint: possible only after an infeasible step, lost messages, or an upset (a state that something else than
+    /// the plant has brought about, such as that of the first step), where the candidate was made for another state. Input and
+    /// guarantee as for `Infeasible`.
     IterationLimit,
     /// The measured state is not finite. Input: that of the shifted candidate without feedback, uref + du_0, put into the box
     /// around U_i. The guarantee is lost for this step, as for `Infeasible`.
