@@ -36,7 +36,8 @@ impl Kind {
 /// Rows lower <= normal . w <= upper.
 #[derive(Debug, Clone)]
 pub struct Problem<const NV: usize> {
-    rows: Vec<([f64; NV], f64, f64)>,
+    /// Normal of unit length, lower and upper limit.
+    pub rows: Vec<([f64; NV], f64, f64)>,
 }
 
 impl<const NV: usize> Rows<NV> for Problem<NV> {
@@ -51,13 +52,13 @@ impl<const NV: usize> Rows<NV> for Problem<NV> {
 }
 
 /// The same problem with the products of its rows at hand, as small emitted problems have them.
-struct LookedUp<'a, const NV: usize> {
+pub struct LookedUp<'a, const NV: usize> {
     problem: &'a Problem<NV>,
     gram: Vec<Vec<f64>>,
 }
 
 impl<'a, const NV: usize> LookedUp<'a, NV> {
-    fn new(problem: &'a Problem<NV>) -> Self {
+    pub fn new(problem: &'a Problem<NV>) -> Self {
         let rows = &problem.rows;
         let gram = rows.iter().map(|(a, ..)| rows.iter().map(|(b, ..)| dot(a, b)).collect()).collect();
         Self { problem, gram }

@@ -33,8 +33,8 @@ fn rounding_takes_little_of_the_set_points() {
     };
     let area = |design: &Design| design.sizing.subsystems.iter().map(|sized| sized.Y.volume()).product::<f64>();
     let (double, single) = (design(Scalar::Double), design(Scalar::Single));
-    assert_eq!(double.sizing.rounded, None);
-    let stated = single.sizing.rounded.expect("a small network");
+    assert_eq!(double.sizing.share_of_double, None);
+    let stated = single.sizing.share_of_double.expect("a small network");
     let (double, single) = (area(&double), area(&single));
     assert!((stated - single / double).abs() < 1e-9);
     println!(

@@ -158,11 +158,11 @@ fn too_coarse(network: &Network, mistakes: Diagnostics) -> Diagnostics {
     let network = Network { scalar: Scalar::Double, ..network.clone() };
     match mistakes.0.first() {
         Some(first) if first.code != code::SINGLE_PRECISION && Design::searched(network.clone(), &mut ()).is_ok() => {
-            let (place, label, _) = asked(&network);
+            let (place, label, way_out) = asked(&network);
             let error = Diagnostic::error(code::SINGLE_PRECISION, "this network needs double precision");
             let error = error.at(place, label).note(format!("in single precision {}", first.title));
             let error = first.notes.iter().fold(error, |error, note| error.note(note.clone()));
-            error.help("write scalar = \"f64\", or bound states and inputs no more generously than they need").into()
+            error.help(format!("{way_out}, or bound states and inputs no more generously than they need")).into()
         }
         _ => mistakes,
     }

@@ -22,7 +22,8 @@ pub(crate) use stages::Stages;
 pub use stages::{Bound, NO_ROW, Stage};
 
 /// After this point: every Hessian is positive definite, every entry finite, and no row is kept that no admissible
-/// parameter can make active.
+/// parameter can make active. In single precision every row that the runtime finds within its limits plus its slack is within them
+/// plus its reserve, which the sets have.
 #[derive(Debug)]
 pub struct Problems {
     pub subsystems: Vec<SubsystemProblems>,
@@ -105,7 +106,8 @@ pub enum RowKind {
 
 impl Problems {
     /// # Errors
-    /// E0132 rounding takes a row of single precision as a whole, E0501 a Hessian is not positive definite in double precision, E0502 an entry is not finite, E0503 q = 1 with
+    /// E0132 rounding takes a row of single precision as a whole, E0501 a Hessian is not positive definite in double precision, E0502
+    /// an entry is not finite, E0503 q = 1 with
     /// more outputs in one subsystem than its ball has facets for.
     pub fn new(network: &Network, gains: &Gains, sets: &Sets, sizing: &Sizing) -> Result<Self, Diagnostics> {
         let one = |i: usize| -> Result<SubsystemProblems, Diagnostic> {

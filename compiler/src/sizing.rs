@@ -40,7 +40,7 @@ use program::{Asks, Goal, Program};
 pub use appraise::{Aim, Merit, Stage};
 
 /// After this point: (21), (22), (25a), (25b), (26), (26') where margins are stated, and (35a') where measurements err, hold
-/// with the recorded slack, which is never negative; no set is empty; and what changing constraints are charged is
+/// with the recorded slack, which is never negative, and in single precision with what [`crate::rounding`] keeps back besides; no set is empty; and what changing constraints are charged is
 /// what (26) takes of any row, or more.
 #[derive(Debug)]
 pub struct Sizing {
@@ -52,7 +52,7 @@ pub struct Sizing {
     /// What the program maximised, at its solution: the weighted sum of logarithms of [`crate::network::Wishes`].
     pub objective: f64,
     /// In single precision, the volume of the product of the Y_i relative to that in double precision; `None` in a large network.
-    pub rounded: Option<f64>,
+    pub share_of_double: Option<f64>,
     /// Every inclusion that Theorem 1 leans on, with what is left of it.
     pub slacks: Vec<Slack>,
     /// What another reserve would mean, for the summary; the chosen point has `reserve` 1. Empty for large networks.
@@ -173,7 +173,7 @@ impl Sizing {
         settle::admit_drift(&context, &program, &mut sizing);
         if !context.is_large() {
             sizing.trade = trade(&context, &program, &sizing);
-            sizing.rounded = rounded(&context, &sizing);
+            sizing.share_of_double = share_of_double(&context, &sizing);
         }
         Ok(sizing)
     }
@@ -390,11 +390,11 @@ impl Proofs {
 const TRADE: [f64; 7] = [0.1, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0];
 
 /// What is left of the set-points that double precision would have.
-fn rounded(context: &Context, sizing: &Sizing) -> Option<f64> {
-    let network = Network { scalar: Scalar::Double, ..context.network.clone() };
+fn share_of_double(context: &Context, sizing: &Sizing) -> Option<f64> {
     if context.network.scalar == Scalar::Double {
         return None;
     }
+    let network = Network { scalar: Scalar::Double, ..context.network.clone() };
     let sets = Sets::new(&network, context.gains).ok()?;
     let double = Sizing::new(&network, context.gains, &sets).ok()?;
     Some(sizing.y_volume() / double.y_volume())

@@ -148,7 +148,7 @@ impl Summary<'_> {
             return Vec::new();
         }
         let lost = |share: f64| format!("; it takes {:.1} % of the volume of Y", 100.0 * (1.0 - share));
-        let lost = self.design.sizing.rounded.map(lost).unwrap_or_default();
+        let lost = self.design.sizing.share_of_double.map(lost).unwrap_or_default();
         vec![format!("Arithmetic in f32: rounding is charged to every set{lost}")]
     }
 

@@ -28,8 +28,8 @@ pub fn settle(context: &Context, program: &Program, point: &[f64]) -> Result<Siz
         subsystems.push(subsystem(context, program, point, i, q, zeta, dz));
     }
     let objective = program.objective(point);
-    let (slacks, trade, rounded) = Default::default();
-    let mut sizing = Sizing { epsilon, subsystems, l_tilde: Vec::new(), objective, rounded, slacks, trade };
+    let (slacks, trade, share_of_double) = Default::default();
+    let mut sizing = Sizing { epsilon, subsystems, l_tilde: Vec::new(), objective, share_of_double, slacks, trade };
     fit_outputs(context, program, &mut sizing);
     for sized in &mut sizing.subsystems {
         sized.upset = half_axes(&sized.Sigma);

@@ -158,10 +158,21 @@ fn problem(dpc: &DpcProblem) -> Result<Problem, String> {
         (problem.lower[at], problem.upper[at]) = (dpc.lower[r], dpc.upper[r]);
         problem.offset(row, k);
     }
+    problem.gram = gram(dpc, &places);
     for (at, to) in places.iter().zip(dpc.shift()) {
         problem.shift[*at] = places.get(to).map_or(NO_ROW, |&to| to as u16);
     }
     Ok(problem)
+}
+
+/// The products of all rows, where the compiler stores them: kept for good, as tables refer to what never changes.
+fn gram(dpc: &DpcProblem, places: &[usize]) -> &'static [[f64; NR]] {
+    let Some(products) = dpc.gram() else { return &[] };
+    let mut gram = vec![[0.0; NR]; NR];
+    for (a, row) in places.iter().enumerate() {
+        places.iter().enumerate().for_each(|(b, column)| gram[*row][*column] = products[(a, b)]);
+    }
+    gram.leak()
 }
 
 fn stage(stage: &dpc_codegen::problems::Stage) -> Stage<2, 1> {
