@@ -9,7 +9,7 @@ use super::weights::{Weighing, rounded, smallest_eigenvalue};
 use super::words::{names, number};
 use super::{GainWishes, NamedPolytope, Signal};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
-use crate::spec::{At, Cover, Matrix, PerSignal, RiccatiWeights, Spec, Subsystem};
+use crate::spec::{At, Cover, GainWeights, Matrix, PerSignal, ReferenceWeights, Spec, Subsystem};
 
 /// Q_i, R_i of (34), T_i of (29).
 pub(super) struct Weights {
@@ -113,7 +113,7 @@ fn check_whole(given: &Subsystem, errors: &mut Diagnostics) {
 
 type Pair = (DMatrix<f64>, DMatrix<f64>);
 
-fn gain_weights(given: &RiccatiWeights, member: &Member, own: &Weights, errors: &mut Diagnostics) -> Option<Pair> {
+fn gain_weights(given: &GainWeights, member: &Member, own: &Weights, errors: &mut Diagnostics) -> Option<Pair> {
     let owner = format!("in `gain-weights` of subsystem `{}`", member.name);
     let Q = given
         .Q
@@ -124,7 +124,12 @@ fn gain_weights(given: &RiccatiWeights, member: &Member, own: &Weights, errors: 
     Some((Q?, R?))
 }
 
-fn reference_weights(given: &RiccatiWeights, member: &Member, own: &Weights, errors: &mut Diagnostics) -> Option<Pair> {
+fn reference_weights(
+    given: &ReferenceWeights,
+    member: &Member,
+    own: &Weights,
+    errors: &mut Diagnostics,
+) -> Option<Pair> {
     let owner = format!("in `reference-weights` of subsystem `{}`", member.name);
     let Q = given
         .Q

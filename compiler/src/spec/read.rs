@@ -8,8 +8,8 @@ use super::value::{
     weight,
 };
 use super::{
-    At, ChangingConstraint, Coefficients, Collective, CouplingConstraint, Cover, Import, OutputRow, Reference,
-    RiccatiWeights, Sizing, Spec, StartOf, Subsystem,
+    At, ChangingConstraint, Coefficients, Collective, CouplingConstraint, Cover, GainWeights, Import, Layer, OutputRow,
+    Reference, ReferenceWeights, Sizing, Spec, StartOf, Subsystem,
 };
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, code};
 use crate::gains::GainChoice;
@@ -49,19 +49,19 @@ pub(super) fn spec(file: &mut Table<'_>, errors: &mut Diagnostics) -> Option<Spe
 
 fn reference(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Reference> {
     let mut table = Table::of("`reference`", value, errors)?;
-    table.optional("layer", errors, layer);
+    let layer = table.optional("layer", errors, layer);
     let epsilon = table.optional("epsilon", errors, finite);
     let norm = table.optional("norm", errors, norm);
     let gamma = table.optional("gamma", errors, finite);
     table.refuse_unknown(errors);
-    Some(Reference { epsilon, norm, gamma })
+    Some(Reference { layer, epsilon, norm, gamma })
 }
 
 /// Only the paper's reference layer is there; the key keeps room for others.
-fn layer(value: &Value<'_>, errors: &mut Diagnostics) -> Option<()> {
+fn layer(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Layer> {
     let layer = text(value, errors)?;
     let error = match &*layer.value {
-        "paper" => return Some(()),
+        "paper" => return Some(Layer::Paper),
         "governor" => choice("the reference layer \"governor\" is not available yet", layer.place),
         other => choice(format!("there is no reference layer \"{other}\""), layer.place),
     };
@@ -245,18 +245,18 @@ fn neighbour(to: &str, neighbour: At<String>, value: &Value<'_>, errors: &mut Di
     Some(Import { neighbour, A, B, L })
 }
 
-fn gain_weights(value: &Value<'_>, errors: &mut Diagnostics) -> Option<RiccatiWeights> {
+fn gain_weights(value: &Value<'_>, errors: &mut Diagnostics) -> Option<GainWeights> {
     let mut table = Table::of(value.what.clone(), value, errors)?;
     let [Q, R] = ["Q", "R"].map(|key| table.optional(key, errors, weight));
     table.refuse_unknown(errors);
-    Some(RiccatiWeights { place: Some(table.place()), Q, Qe: None, R })
+    Some(GainWeights { place: Some(table.place()), Q, R })
 }
 
-fn reference_weights(value: &Value<'_>, errors: &mut Diagnostics) -> Option<RiccatiWeights> {
+fn reference_weights(value: &Value<'_>, errors: &mut Diagnostics) -> Option<ReferenceWeights> {
     let mut table = Table::of(value.what.clone(), value, errors)?;
     let [Q, Qe, R] = ["Q", "Qe", "R"].map(|key| table.optional(key, errors, weight));
     table.refuse_unknown(errors);
-    Some(RiccatiWeights { place: Some(table.place()), Q, Qe, R })
+    Some(ReferenceWeights { place: Some(table.place()), Q, Qe, R })
 }
 
 fn cover(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Vec<Cover>> {
