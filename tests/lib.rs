@@ -8,6 +8,7 @@ pub mod host_loop;
 pub mod large_network;
 pub mod least_distance;
 pub mod load_shares;
+pub mod manual;
 pub mod plants;
 pub mod problem_checker;
 pub mod random_network;

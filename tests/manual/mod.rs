@@ -1,0 +1,17 @@
+//! The generated pages of the manual: the reference of `system.toml` and its JSON schema, made of the types that the file is
+//! read into, and the command line's, made of its help.
+
+pub mod command;
+pub mod kind;
+pub mod page;
+pub mod pages;
+pub mod schema;
+pub mod source;
+pub mod table;
+
+use std::path::PathBuf;
+
+/// The repository.
+pub fn repository() -> PathBuf {
+    crate::root().parent().expect("this package is a folder of the repository").to_path_buf()
+}
