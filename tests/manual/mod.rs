@@ -2,10 +2,13 @@
 //! read into, and the command line's, made of its help.
 
 pub mod command;
+pub mod console;
 pub mod kind;
+pub mod markdown;
 pub mod page;
 pub mod pages;
 pub mod schema;
+pub mod session;
 pub mod source;
 pub mod table;
 
