@@ -137,7 +137,7 @@ fn the_schema_accepts_what_the_compiler_accepts_and_refuses_slips() {
     good.extend(cases("emit"));
     good.extend(cases("plants"));
     let examples = ["examples/four_tank", "examples/mass_chain", "examples/power_network", "examples/robots"];
-    good.extend(examples.map(|folder| read(&format!("../{folder}/system.toml").into())));
+    good.extend(examples.map(|folder| read(format!("../{folder}/system.toml").as_ref())));
     good.push(read("../docs/system.toml".as_ref()));
     for source in &good {
         assert!(accepts(&source.text), "{}", source.path);
