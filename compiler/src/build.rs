@@ -74,10 +74,7 @@ pub fn compile_into(file: &Path, out: &Path) -> Result<PathBuf, String> {
 /// The text of `file`.
 ///
 /// # Errors
-/// A sentence for the user, where it cannot be read.
+/// What to tell the user, where it cannot be read or is no text.
 pub fn read(file: &Path) -> Result<Source, String> {
-    match std::fs::read_to_string(file) {
-        Ok(text) => Ok(Source { path: file.display().to_string(), text }),
-        Err(error) => Err(format!("error: cannot read {}: {error}", file.display())),
-    }
+    Source::read(file).map_err(|why| why.to_string())
 }

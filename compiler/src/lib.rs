@@ -51,6 +51,7 @@ pub mod convex;
 pub mod design;
 pub mod diagnostic;
 pub mod emit;
+pub mod explain;
 pub mod export;
 #[cfg(feature = "measure")]
 pub mod footprint;
