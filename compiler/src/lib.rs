@@ -48,6 +48,7 @@ use lapack_symbols as _;
 pub mod build;
 pub mod clock;
 pub mod convex;
+pub mod dependency;
 pub mod design;
 pub mod diagnostic;
 pub mod emit;
@@ -61,6 +62,8 @@ pub mod notices;
 pub mod optim;
 pub mod problems;
 pub mod rounding;
+#[cfg(feature = "cli")]
+pub mod scaffold;
 pub mod sets;
 mod sharing;
 pub mod sizing;

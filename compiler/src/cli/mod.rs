@@ -1,6 +1,7 @@
 //! Command lines: what may be asked, and who answers.
 
 mod design;
+mod new;
 
 use clap::{Parser, Subcommand};
 
@@ -18,7 +19,10 @@ pub struct CommandLine {
 }
 
 #[derive(Subcommand)]
-enum Command {}
+enum Command {
+    /// Begins a crate: a plant to change, its controllers, and a closed loop of them
+    New(new::Arguments),
+}
 
 impl CommandLine {
     /// Does what was asked.
@@ -36,6 +40,8 @@ impl CommandLine {
 
 impl Command {
     fn run(self) -> Result<(), String> {
-        match self {}
+        match self {
+            Self::New(arguments) => new::run(&arguments),
+        }
     }
 }

@@ -23,7 +23,7 @@ pub fn module(nodes: &[Node], modules: &[String]) -> String {
         network.starts(),
         network.deliver(),
         network.step(),
-        fill(STATUSES, [&network.each(|_, module| format!("self.{module}.status.is_guaranteed(), "))]),
+        network.guaranteed(),
         network.statuses(),
         network.model(),
         network.margins(),
@@ -86,17 +86,20 @@ impl<'a> Together<'a> {
                 "    /// Names of all {what}, with units.\n    pub const {name}: [&str; {size}] = [{labels}];"
             );
         }
-        let reach = self.nodes.iter().flat_map(|node| {
-            let set = &node.sets().Y;
-            set.min.iter().zip(&set.max).map(|(low, high)| format!("({low:?}, {high:?})")).collect::<Vec<_>>()
+        text + &self.ranges()
+    }
+
+    fn ranges(&self) -> String {
+        let list = |of: &dyn Fn(&Node) -> Vec<String>| self.nodes.iter().flat_map(of).collect::<Vec<_>>().join(", ");
+        let reach = list(&|node| ranges(&node.sets().Y.min, &node.sets().Y.max));
+        let epsilon = number(self.nodes[0].design.sizing.epsilon);
+        let disturbances = list(&|node| {
+            let (low, high) = disturbances(node.model());
+            ranges(&low, &high)
         });
-        let _ = writeln!(
-            text,
-            "    /// Y of (31): the set-points of each output that are followed all the way. Farther ones are followed to the end.\n    \
-             pub const SET_POINTS: [(f64, f64); NY] = [{}];",
-            reach.collect::<Vec<_>>().join(", ")
-        );
-        text
+        let loads = list(&|node| ranges(&node.loads().min, &node.loads().max));
+        let rates = list(&|node| node.loads().rate.iter().map(|rate| number(*rate)).collect());
+        fill(RANGES, [&reach, &epsilon, &disturbances, &loads, &rates])
     }
 
     fn structs(&self) -> String {
@@ -105,7 +108,7 @@ impl<'a> Together<'a> {
                 if self.nodes[i].loads().is_empty() { "()".to_owned() } else { format!("super::{module}::Loads") };
             format!(
                 "        /// Of {}.\n        pub {module}: Node<super::{module}::Controller, super::{module}::Inbox, \
-                 super::{module}::Message, {loads}>,\n",
+                 super::{module}::Message{loads}>,\n",
                 code(&self.nodes[i].model().name)
             )
         });
@@ -207,6 +210,11 @@ impl<'a> Together<'a> {
         fill(STEP, [&steps, &sent, inputs.trim_end_matches(", ")])
     }
 
+    fn guaranteed(&self) -> String {
+        let all = self.each(|_, module| format!("self.{module}.status.is_guaranteed(), "));
+        fill(STATUSES, [all.trim_end_matches(", ")])
+    }
+
     fn statuses(&self) -> String {
         let each = self.each(|i, module| {
             let name = &self.nodes[i].model().name;
@@ -277,6 +285,44 @@ fn rows(set: &NamedPolytope, variable: &str, first: usize) -> String {
     set.rows.iter().enumerate().map(|(k, name)| entry(&row(k), name)).collect()
 }
 
+/// A box in W_i, as large along each axis as W_i where that is a box itself; 0 without disturbances.
+fn disturbances(s: &Subsystem) -> (DVector<f64>, DVector<f64>) {
+    let Some(w) = &s.w else { return (DVector::zeros(s.n()), DVector::zeros(s.n())) };
+    let (mut low, mut high) = (-&w.hull, w.hull.clone());
+    let (rows, limits) = (w.set.H.row_iter(), w.set.h.iter());
+    let alone = |row: &RowDVector<f64>| row.iter().filter(|entry| **entry != 0.0).count() == 1;
+    let rows: Vec<(RowDVector<f64>, f64)> = rows.map(|row| row.into_owned()).zip(limits.copied()).collect();
+    for (row, limit) in rows.iter().filter(|(row, _)| alone(row)) {
+        for (k, entry) in row.iter().enumerate() {
+            if *entry > 0.0 {
+                high[k] = high[k].min(limit / entry);
+            } else if *entry < 0.0 {
+                low[k] = low[k].max(limit / entry);
+            }
+        }
+    }
+    let share = |(row, limit): &(RowDVector<f64>, f64)| {
+        let ends = row.iter().zip(low.iter().zip(&high));
+        limit / ends.map(|(entry, (low, high))| (entry * low).max(entry * high)).sum::<f64>()
+    };
+    let share = rows.iter().filter(|(row, _)| !alone(row)).map(share).fold(1.0, f64::min);
+    (low * share, high * share)
+}
+
+fn ranges(low: &DVector<f64>, high: &DVector<f64>) -> Vec<String> {
+    low.iter().zip(high).map(|(low, high)| format!("({}, {})", number(*low), number(*high))).collect()
+}
+
+/// As Rust writes it.
+fn number(value: f64) -> String {
+    match value {
+        f64::INFINITY => "f64::INFINITY".to_owned(),
+        f64::NEG_INFINITY => "f64::NEG_INFINITY".to_owned(),
+        // Not -0.0.
+        value => format!("{:?}", value + 0.0),
+    }
+}
+
 fn entry(value: &str, what: &str) -> String {
     format!("            {value}, // {}\n", one_line(what))
 }
@@ -331,6 +377,19 @@ fn fill<const COUNT: usize>(template: &str, texts: [&str; COUNT]) -> String {
     let first = pieces.next().unwrap_or_default().to_owned();
     texts.iter().zip(pieces).fold(first, |filled, (text, piece)| filled + text + piece)
 }
+
+const RANGES: &str =
+    "    /// Y of (31): the set-points of each output that are followed all the way. Of farther ones, to its ends.
+    pub const SET_POINTS: [(f64, f64); NY] = [@@];
+    /// The most that references move per step.
+    pub const EPSILON: f64 = @@;
+    /// Disturbances that the design covers, in any combination: what may be added to each of [`STATES`] in a step.
+    pub const DISTURBANCES: [(f64, f64); NX] = [@@];
+    /// Least and most of each of [`LOADS`].
+    pub const LOAD_RANGES: [(f64, f64); ND] = [@@];
+    /// Their largest change per step.
+    pub const LOAD_RATES: [f64; ND] = [@@];
+";
 
 const STRUCTS: &str = "
     /// All controllers of the network, and what is on its way between them. Each node is open to look at, or to draw rows for.
