@@ -83,8 +83,10 @@ fn exists(place: &str, command: &str) {
         let after = |flag: &str| words.iter().position(|word| *word == flag).and_then(|at| words.get(at + 1)).copied();
         if let Some(package) = after("-p") {
             let folder = packages().remove(package).unwrap_or_else(|| panic!("{place}: there is no package {package}"));
-            let named = |name: &str| fs::read_to_string(folder.join("Cargo.toml")).is_ok_and(|text| text.contains(name));
-            let found = |name: &str| folder.join(format!("src/bin/{name}.rs")).exists() || named(&format!("\"{name}\""));
+            let named =
+                |name: &str| fs::read_to_string(folder.join("Cargo.toml")).is_ok_and(|text| text.contains(name));
+            let found =
+                |name: &str| folder.join(format!("src/bin/{name}.rs")).exists() || named(&format!("\"{name}\""));
             assert!(after("--bin").is_none_or(found), "{place}: there is no such program");
         }
         let files = ["--path", "--manifest-path"].into_iter().filter_map(after);
@@ -102,9 +104,12 @@ fn packages() -> BTreeMap<String, PathBuf> {
         let text = fs::read_to_string(folder.join("Cargo.toml")).expect("a package has a manifest");
         toml::from_str(&text).expect("a manifest is TOML")
     };
-    let members = manifest(&repository())["workspace"]["members"].as_array().cloned().expect("the workspace has members");
+    let members =
+        manifest(&repository())["workspace"]["members"].as_array().cloned().expect("the workspace has members");
     let folders = members.iter().filter_map(|member| Some(repository().join(member.as_str()?)));
-    folders.map(|folder| (manifest(&folder)["package"]["name"].as_str().unwrap_or_default().to_owned(), folder)).collect()
+    folders
+        .map(|folder| (manifest(&folder)["package"]["name"].as_str().unwrap_or_default().to_owned(), folder))
+        .collect()
 }
 
 #[test]
@@ -188,7 +193,8 @@ fn every_page_can_be_reached() {
 /// The README and the manual.
 fn pages() -> Vec<(PathBuf, Markdown)> {
     let folder = repository().join("docs");
-    let mut paths: Vec<_> = fs::read_dir(folder).expect("there is a manual").flatten().map(|entry| entry.path()).collect();
+    let mut paths: Vec<_> =
+        fs::read_dir(folder).expect("there is a manual").flatten().map(|entry| entry.path()).collect();
     paths.retain(|path| path.extension().is_some_and(|extension| extension == "md"));
     paths.sort();
     paths.insert(0, repository().join("README.md"));

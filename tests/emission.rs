@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-use dpc_codegen::build::compile_into;
+use dpc_codegen::Build;
+use dpc_codegen::build::Failure;
 use dpc_codegen::design::Design;
 use dpc_codegen::diagnostic::Source;
 use dpc_codegen::emit::Emitted;
@@ -62,13 +63,12 @@ fn emitted(case: &Source) -> Option<Emitted> {
 fn package() -> PathBuf {
     let package = Path::new(env!("CARGO_TARGET_TMPDIR")).join("odd");
     fs::create_dir_all(package.join("src")).expect("the target folder is writable");
-    let folder = compile_into(&root().join("cases/emit/odd.toml"), &package.join("emitted")).expect("a design exists");
+    let folder = written("odd", &package).expect("a design exists");
     assert_eq!(folder, package.join("emitted/mod_"));
     let sparse = lower(read("cases/emit/odd.toml".as_ref())).ok().and_then(sparsely).expect("a design exists");
     Emitted::new(&sparse).write(&package.join("emitted/sparse")).expect("the target folder is writable");
     for case in ["started", "changing", "single"] {
-        let file = root().join(format!("cases/emit/{case}.toml"));
-        compile_into(&file, &package.join("emitted")).expect("a design exists");
+        written(case, &package).expect("a design exists");
     }
     let runtime = root().parent().expect("the workspace").join("runtime");
     let manifest = format!(
@@ -81,7 +81,11 @@ fn package() -> PathBuf {
     package
 }
 
-/// What `dpc_codegen::build::compile` does, but for the design, which is made already.
+fn written(case: &str, package: &Path) -> Result<PathBuf, Failure> {
+    Build::new(root().join(format!("cases/emit/{case}.toml"))).out_dir(package.join("emitted")).write()
+}
+
+/// What `dpc_codegen::Build` does, but for the design, which is made already.
 const BUILD: &str = r#"
 fn main() {
     for folder in ["mod_", "sparse", "started", "changing", "single"] {
@@ -98,20 +102,20 @@ fn main() {
 /// Every controller starts at rest, hears its neighbours and makes one step that carries the guarantee.
 const MAIN: &str = r#"
 mod controllers {
-    include!(concat!(env!("OUT_DIR"), "/mod_/mod.rs"));
+    dpc_runtime::include_controllers!("mod_");
 }
 
 /// As large networks are written.
 mod sparse {
-    include!(concat!(env!("OUT_DIR"), "/sparse/mod.rs"));
+    dpc_runtime::include_controllers!("sparse");
 }
 
 mod started {
-    include!(concat!(env!("OUT_DIR"), "/started/mod.rs"));
+    dpc_runtime::include_controllers!("started");
 }
 
 mod changing {
-    include!(concat!(env!("OUT_DIR"), "/changing/mod.rs"));
+    dpc_runtime::include_controllers!("changing");
 }
 
 /// Of the tables of a subsystem, and what they refer to.
@@ -124,7 +128,7 @@ macro_rules! bytes {
 }
 
 mod single {
-    include!(concat!(env!("OUT_DIR"), "/single/mod.rs"));
+    dpc_runtime::include_controllers!("single");
 }
 
 /// In single precision: a step towards a set-point in the plane, with a share of a coupling constraint.

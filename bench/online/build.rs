@@ -15,7 +15,7 @@ const FILES: [&str; 8] = [
 ];
 
 fn main() {
-    FILES.iter().for_each(dpc_codegen::build::compile);
+    FILES.iter().for_each(|file| dpc_codegen::Build::new(file).compile());
     println!("cargo::rerun-if-changed=peers");
     peer("daqp", "daqp/csrc/src", &["daqp/csrc/include"], "peers/daqp_shim.c");
     peer("quadprog", "quadprog/quadprog", &[], "peers/quadprog_shim.c");

@@ -8,7 +8,7 @@
 //! `text -> Spec -> Network -> Gains -> Sets -> Sizing -> Problems -> Emitted`: every stage is a value that is made from
 //! earlier ones, never changes afterwards, and says what holds from then on. [`design::Design`] is the pipeline on one
 //! page; read it first. Between `Network` and `Gains`, [`tuning`] may search for gains, which the later stages then take
-//! as given ones. [`build`] runs it in a build script, the program `dpc-codegen` on the command line,
+//! as given ones. [`Build`] runs it in a build script, the program `dpc-codegen` on the command line,
 //! [`export::design_json`] tells other tools the result, and [`summary::Summary`] people.
 //!
 //! # Symbols
@@ -48,6 +48,7 @@ use lapack_symbols as _;
 pub mod build;
 pub mod clock;
 pub mod convex;
+pub mod dependency;
 pub mod design;
 pub mod diagnostic;
 pub mod emit;
@@ -62,6 +63,8 @@ pub mod notices;
 pub mod optim;
 pub mod problems;
 pub mod rounding;
+#[cfg(feature = "cli")]
+pub mod scaffold;
 pub mod sets;
 mod sharing;
 pub mod sizing;
@@ -69,3 +72,5 @@ pub mod spec;
 pub mod start;
 pub mod summary;
 pub mod tuning;
+
+pub use build::Build;

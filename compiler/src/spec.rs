@@ -489,6 +489,23 @@ impl StartOf {
     }
 }
 
+/// What a file says of the network at its top, whatever mistakes follow.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Heading {
+    pub name: Option<String>,
+    pub scalar: Option<Scalar>,
+}
+
+impl Heading {
+    /// Of the part of `text` that is TOML.
+    pub fn of(text: &str) -> Self {
+        let (document, _) = DeTable::parse_recoverable(text);
+        let word =
+            |key: &str| document.get_ref().get(key).and_then(|value| value.get_ref().as_str()).map(str::to_owned);
+        Self { name: word("name"), scalar: word("scalar").and_then(|scalar| scalar.parse().ok()) }
+    }
+}
+
 impl<T> At<T> {
     pub fn new(value: T, place: Place) -> Self {
         Self { value, place }

@@ -2,7 +2,7 @@
 //! away from rest.
 
 fn main() {
-    dpc_codegen::build::compile("system.toml");
-    dpc_codegen::build::compile("designs/disturbed.toml");
-    dpc_codegen::build::compile("designs/started.toml");
+    dpc_codegen::Build::new("system.toml").compile();
+    dpc_codegen::Build::new("designs/disturbed.toml").compile();
+    dpc_codegen::Build::new("designs/started.toml").compile();
 }

@@ -1,5 +1,5 @@
 //! Designs and emits the controllers of `system.toml`: ten masses.
 
 fn main() {
-    dpc_codegen::build::compile("system.toml");
+    dpc_codegen::Build::new("system.toml").compile();
 }

@@ -168,6 +168,7 @@
 
 mod delivery;
 mod double;
+mod include;
 mod refusal;
 pub mod single;
 mod status;

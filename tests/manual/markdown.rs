@@ -65,7 +65,8 @@ impl Markdown {
 
     /// A heading's anchor, as the usual sites make it.
     fn anchor(&mut self, heading: &str) {
-        let kept = heading.to_lowercase().chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c)).collect::<String>();
+        let kept =
+            heading.to_lowercase().chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c)).collect::<String>();
         let slug = kept.replace(' ', "-");
         let before = self.anchors.iter().filter(|anchor| **anchor == slug).count();
         self.anchors.push(if before == 0 { slug } else { format!("{slug}-{before}") });

@@ -67,7 +67,9 @@ impl Session {
     pub fn write(&self, name: &str, text: &str) {
         let path = self.folder.join(name);
         let parent = path.parent().expect("a file is in a folder");
-        fs::create_dir_all(parent).and_then(|()| fs::write(&path, text)).expect("the folder for tests can be written to");
+        fs::create_dir_all(parent)
+            .and_then(|()| fs::write(&path, text))
+            .expect("the folder for tests can be written to");
     }
 
     fn path(&self) -> String {

@@ -1,26 +1,26 @@
 //! What the compiler has made of the plants.
 
 pub mod size_2_1_3 {
-    include!(concat!(env!("OUT_DIR"), "/size_2_1_3/mod.rs"));
+    dpc_runtime::include_controllers!("size_2_1_3");
 }
 pub mod size_4_2_10 {
-    include!(concat!(env!("OUT_DIR"), "/size_4_2_10/mod.rs"));
+    dpc_runtime::include_controllers!("size_4_2_10");
 }
 pub mod size_4_2_20 {
-    include!(concat!(env!("OUT_DIR"), "/size_4_2_20/mod.rs"));
+    dpc_runtime::include_controllers!("size_4_2_20");
 }
 pub mod size_6_3_15 {
-    include!(concat!(env!("OUT_DIR"), "/size_6_3_15/mod.rs"));
+    dpc_runtime::include_controllers!("size_6_3_15");
 }
 pub mod size_10_4_30 {
-    include!(concat!(env!("OUT_DIR"), "/size_10_4_30/mod.rs"));
+    dpc_runtime::include_controllers!("size_10_4_30");
 }
 pub mod four_tank {
-    include!(concat!(env!("OUT_DIR"), "/four_tank/mod.rs"));
+    dpc_runtime::include_controllers!("four_tank");
 }
 pub mod power_network {
-    include!(concat!(env!("OUT_DIR"), "/power_network/mod.rs"));
+    dpc_runtime::include_controllers!("power_network");
 }
 pub mod mass_chain {
-    include!(concat!(env!("OUT_DIR"), "/mass_chain/mod.rs"));
+    dpc_runtime::include_controllers!("mass_chain");
 }

@@ -90,9 +90,13 @@ fn told(
 ) -> Result<(), Failure> {
     let clock = &watch.clock;
     if arguments.output.format == Format::Json {
-        let files = written.iter().map(|(path, changed)| json!({ "path": path.display().to_string(), "changed": changed }));
+        let files =
+            written.iter().map(|(path, changed)| json!({ "path": path.display().to_string(), "changed": changed }));
         let files: Vec<_> = files.collect();
-        let stages = clock.stages.iter().map(|stage| json!({ "stage": stage.name, "seconds": stage.time.as_secs_f64(), "peak_bytes": stage.peak }));
+        let stages = clock
+            .stages
+            .iter()
+            .map(|stage| json!({ "stage": stage.name, "seconds": stage.time.as_secs_f64(), "peak_bytes": stage.peak }));
         let stages: Vec<_> = if arguments.timings { stages.collect() } else { Vec::new() };
         let done = json!({ "outcome": "done", "diagnostics": [], "summary": summary.to_json(), "files": files, "timings": stages });
         return print_json(&done).map_err(|error| Failure::System(format!("error: cannot print: {error}")));

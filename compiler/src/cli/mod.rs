@@ -5,6 +5,7 @@ mod completions;
 mod design;
 mod explain;
 mod failure;
+mod new;
 mod output;
 mod progress;
 
@@ -29,6 +30,8 @@ enum Command {
     Check(check::Arguments),
     Explain(explain::Arguments),
     Completions(completions::Arguments),
+    /// Begins a crate: a plant to change, its controllers, and a closed loop of them
+    New(new::Arguments),
 }
 
 impl CommandLine {
@@ -54,7 +57,7 @@ impl CommandLine {
         match (&self.command, &self.design) {
             (Some(Command::Check(arguments)), _) => arguments.output.format,
             (Some(Command::Explain(arguments)), _) => arguments.format,
-            (Some(Command::Completions(_)), _) | (None, None) => Format::Text,
+            (Some(Command::Completions(_) | Command::New(_)), _) | (None, None) => Format::Text,
             (None, Some(arguments)) => arguments.output.format,
         }
     }
@@ -66,6 +69,7 @@ impl Command {
             Self::Check(arguments) => check::run(&arguments),
             Self::Explain(arguments) => explain::run(&arguments),
             Self::Completions(arguments) => completions::run(&arguments),
+            Self::New(arguments) => new::run(&arguments).map_err(Failure::System),
         }
     }
 }

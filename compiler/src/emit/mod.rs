@@ -14,6 +14,7 @@
 //! | `steady` | the maps from outputs and loads at rest to the states |
 //! | `names` | identifiers and comments out of the user's names |
 //! | `network` | the list of the modules, and who talks to whom |
+//! | `together` | all controllers in one process, and the plant |
 //! | `fingerprint` | what a start-up plan recognises its tables by |
 //! | `entries` | the same functions for C, for what measures them |
 //! | `disk` | writing all files or none |
@@ -31,6 +32,7 @@ mod parts;
 mod starts;
 mod steady;
 mod tables;
+mod together;
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -92,8 +94,13 @@ impl Emitted {
 /// The folder of a network's files: its name, fit for Rust. `four-tank` becomes `four_tank`, and `four_tank_single` where single
 /// precision was asked for beside what the file says.
 pub fn package_folder(network: &Network) -> String {
-    let beside = network.scalar == Scalar::Single && network.stated_scalar() == Scalar::Double;
-    names::module_name(&network.name) + if beside { "_single" } else { "" }
+    folder_of(&network.name, Some(network.scalar), Some(network.stated_scalar()))
+}
+
+/// [`package_folder`] of a network by its name, the scalar type that was asked for, and the one that its file states.
+pub fn folder_of(name: &str, asked: Option<Scalar>, stated: Option<Scalar>) -> String {
+    let beside = asked == Some(Scalar::Single) && stated != Some(Scalar::Single);
+    names::module_name(name) + if beside { "_single" } else { "" }
 }
 
 /// Code first, tables after.

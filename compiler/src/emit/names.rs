@@ -2,10 +2,12 @@
 
 use std::collections::BTreeSet;
 
+use super::together;
+
 /// One identifier per name, in the order of the names: lower case, usable as module and as file name on every
-/// system, no two alike.
+/// system, no two alike, and none that of the module for all subsystems together.
 pub fn module_names<'a>(names: impl IntoIterator<Item = &'a str>) -> Vec<String> {
-    let mut taken = BTreeSet::new();
+    let mut taken = BTreeSet::from([together::MODULE.to_owned()]);
     names.into_iter().map(|name| free_name(module_name(name), &mut taken)).collect()
 }
 
@@ -74,6 +76,7 @@ mod tests {
             "mod",
             "com1",
             "async",
+            "network",
         ];
         let idents = module_names(names);
         let expected = [
@@ -90,6 +93,7 @@ mod tests {
             "mod_",
             "com1_",
             "async_",
+            "network_2",
         ];
         assert_eq!(idents, expected);
         assert!(idents.iter().all(|ident| syn::parse_str::<syn::Ident>(ident).is_ok()));

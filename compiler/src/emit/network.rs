@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::code::header;
 use super::names::{code, one_line};
 use super::node::{Node, labels};
+use super::together::module;
 
 /// The whole file. It holds no inner attribute and no inner doc comment, so that it can be included.
 pub fn file(nodes: &[Node], modules: &[String]) -> String {
@@ -18,6 +19,11 @@ pub fn file(nodes: &[Node], modules: &[String]) -> String {
     for (node, module) in nodes.iter().zip(modules) {
         let _ = write!(text, "\n/// {}\n{ATTRIBUTES}pub mod {module};\n", doc(node));
     }
+    let _ = write!(
+        text,
+        "\n/// All of them in one process, and the plant: for simulations and tests.\n{ATTRIBUTES}{}",
+        module(nodes, modules)
+    );
     text
 }
 
@@ -25,7 +31,7 @@ pub fn file(nodes: &[Node], modules: &[String]) -> String {
 const ATTRIBUTES: &str = "\
 #[rustfmt::skip]
 #[allow(unused, reason = \"a node uses the part that it needs\")]
-#[allow(clippy::approx_constant, reason = \"a number of the design may lie near a famous one\")]
+#[allow(clippy::all, clippy::pedantic, reason = \"written by a program\")]
 ";
 
 /// `right (0.0206 h4 + 0.000247 v2)`

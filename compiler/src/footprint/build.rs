@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use super::target::Target;
+use crate::dependency::{RUNTIME, dependency};
 use crate::design::Design;
 use crate::emit::{Emitted, entries, write_all};
 
@@ -84,11 +85,7 @@ fn workspace(design: &Design, emitted: &Emitted, names: &[String]) -> Vec<(Strin
 
 /// A dependency in `Cargo.toml`: the runtime that this compiler was built with, where its sources still are, else any that fits.
 pub fn runtime() -> String {
-    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../runtime"));
-    match folder.join("Cargo.toml").is_file() {
-        true => format!("dpc-runtime = {{ path = {folder:?} }}\n"),
-        false => format!("dpc-runtime = \"{}\"\n", env!("CARGO_PKG_VERSION")),
-    }
+    dependency(RUNTIME, "")
 }
 
 fn run(target: &Target, folder: &Path, out: &Path) -> Result<(), String> {

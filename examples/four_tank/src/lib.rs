@@ -17,17 +17,17 @@ pub mod upset;
 
 /// What the compiler emitted for `system.toml` when this package was built.
 pub mod controllers {
-    include!(concat!(env!("OUT_DIR"), "/four_tank/mod.rs"));
+    dpc_runtime::include_controllers!("four_tank");
 }
 
 /// What it emitted for `designs/disturbed.toml`.
 pub mod disturbed_controllers {
-    include!(concat!(env!("OUT_DIR"), "/four_tank_disturbed/mod.rs"));
+    dpc_runtime::include_controllers!("four_tank_disturbed");
 }
 
 /// What it emitted for `designs/started.toml`.
 pub mod started_controllers {
-    include!(concat!(env!("OUT_DIR"), "/four_tank_started/mod.rs"));
+    dpc_runtime::include_controllers!("four_tank_started");
 }
 
 /// The summary of the design, as the compiler's command prints it.

@@ -13,7 +13,7 @@ pub mod tables;
 
 /// What the compiler emitted for `system.toml` when this package was built.
 pub mod controllers {
-    include!(concat!(env!("OUT_DIR"), "/mass_chain/mod.rs"));
+    dpc_runtime::include_controllers!("mass_chain");
 }
 
 /// The design of `system.toml` as the compiler states it for other tools.

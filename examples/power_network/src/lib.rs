@@ -13,20 +13,20 @@ pub mod shares;
 
 /// What the compiler emitted for `system.toml` when this package was built.
 pub mod measured {
-    include!(concat!(env!("OUT_DIR"), "/power_network/mod.rs"));
+    dpc_runtime::include_controllers!("power_network");
 }
 
 /// The same of `designs/unknown.toml`.
 pub mod unknown {
-    include!(concat!(env!("OUT_DIR"), "/power_network_unknown/mod.rs"));
+    dpc_runtime::include_controllers!("power_network_unknown");
 }
 
 /// The same of `designs/exact.toml`.
 pub mod exact {
-    include!(concat!(env!("OUT_DIR"), "/power_network_exact/mod.rs"));
+    dpc_runtime::include_controllers!("power_network_exact");
 }
 
 /// The same of `designs/exact_unknown.toml`.
 pub mod exact_unknown {
-    include!(concat!(env!("OUT_DIR"), "/power_network_exact_unknown/mod.rs"));
+    dpc_runtime::include_controllers!("power_network_exact_unknown");
 }

@@ -22,7 +22,7 @@ pub mod track;
 
 /// What the compiler emitted for `system.toml` when this package was built.
 pub mod controllers {
-    include!(concat!(env!("OUT_DIR"), "/robots/mod.rs"));
+    dpc_runtime::include_controllers!("robots");
 }
 
 /// The design of `system.toml` as the compiler states it for other tools.
