@@ -37,16 +37,21 @@ use crate::design::Design;
 use crate::diagnostic::Source;
 use crate::emit::{Emitted, package_folder, write_all};
 use crate::export::design_json;
+use crate::spec::Spec;
 use crate::summary::Summary;
 
 /// Designs the network of `file` (relative to the package) and writes its controllers to
-/// `$OUT_DIR/<name of the network>/`. Cargo runs the script again when the file changes.
+/// `$OUT_DIR/<name of the network>/`. Cargo runs the script again when the file changes, or one that it takes matrices
+/// from.
 ///
 /// Where the file has mistakes, prints them to the standard error stream, as the command does, and ends the build
 /// script with exit code 1.
 pub fn compile(file: impl AsRef<Path>) {
     let file = file.as_ref();
     println!("cargo::rerun-if-changed={}", file.display());
+    for imported in read(file).map(|source| Spec::files(&source)).unwrap_or_default() {
+        println!("cargo::rerun-if-changed={}", imported.display());
+    }
     let out = std::env::var_os("OUT_DIR").ok_or("error: only cargo can run a build script: OUT_DIR is not set");
     if let Err(message) = out.map_err(str::to_owned).and_then(|out| compile_into(file, Path::new(&out))) {
         eprintln!("{message}");
