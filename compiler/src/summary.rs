@@ -205,7 +205,7 @@ impl Summary<'_> {
         let Network { hold: Some(hold), subsystems, .. } = &self.design.network else { return Vec::new() };
         let errors = match &hold.errors {
             Some(errors) => &errors[i],
-            None => return vec![item("held coupling", "no bound of its error: the network is too large")],
+            None => return vec![item("coupling held", "no bound of its error: the network is too large")],
         };
         let state = |(signal, error): (&Signal, &HoldError)| match error {
             HoldError::Within { below, above } => {
@@ -214,9 +214,12 @@ impl Summary<'_> {
             HoldError::Unbounded(_) => format!("{} without bound", signal.name),
         };
         let states: Vec<String> = subsystems[i].states.iter().zip(errors).map(state).collect();
-        let label = if hold.charged { "held coupling, w" } else { "held coupling" };
+        let end = if hold.charged { ", in w" } else { "" };
         let lines = states.chunks(STATES_PER_LINE).map(|states| states.join(", "));
-        lines.enumerate().map(|(k, line)| item(if k == 0 { label } else { "" }, &format!("x+ off by {line}"))).collect()
+        lines
+            .enumerate()
+            .map(|(k, line)| item(if k == 0 { "coupling held" } else { "" }, &format!("x+ off by {line}{end}")))
+            .collect()
     }
 
     fn coupling(&self) -> Vec<String> {
