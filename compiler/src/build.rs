@@ -53,6 +53,7 @@ use crate::diagnostic::{Diagnostics, Source};
 use crate::emit::{Emitted, package_folder, write_all};
 use crate::export::design_json;
 use crate::network::Scalar;
+use crate::spec::Spec;
 use crate::summary::Summary;
 use crate::tuning::Effort;
 use stamp::Stamp;
@@ -111,7 +112,9 @@ impl Build {
             return complain("only cargo can run a build script: OUT_DIR is not set");
         };
         [Some(&self.file), self.start.as_ref()].into_iter().flatten().for_each(|file| rerun_if_changed(file));
-        if let Some(stamp) = Stamp::current(&out, self) {
+        let imported = located(&self.file).map(|source| Spec::files(&source)).unwrap_or_default();
+        imported.iter().for_each(|file| rerun_if_changed(file));
+        if let Some(stamp) = Stamp::current(&out, self).filter(|_| imported.is_empty()) {
             return stamp.inputs().for_each(rerun_if_changed);
         }
         match self.attempt(&out) {

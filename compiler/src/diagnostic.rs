@@ -99,6 +99,15 @@ pub mod code {
     /// changing constraints.
     pub const SINGLE_PRECISION: &str = "E0132";
 
+    /// A file that the text names and that cannot be used: not there, not of a known format, malformed.
+    pub const FILE: &str = "E0140";
+    /// A variable, row or column that a file does not have.
+    pub const NOT_IN_FILE: &str = "E0141";
+    /// A continuous-time model that cannot be sampled with this sample time.
+    pub const SAMPLING: &str = "E0142";
+    /// A disturbance that is to cover what holding the coupling leaves out, which nothing bounds.
+    pub const HOLD_ERROR: &str = "E0143";
+
     /// A_ii has an unstable mode that B_ii does not reach (Assumption 1).
     pub const UNSTABILISABLE: &str = "E0201";
     /// A_ii + B_ii K_i is not stable (Assumption 1, part 2).
@@ -150,7 +159,7 @@ pub mod code {
         [LARGE_REFERENCES, FEW_NORMALS, STEADY_STATE, NOT_SIZED, LOST_SLACK, NOT_CONVEX, OVERFLOW];
 
     /// All others.
-    pub const ALL: [&str; 47] = [
+    pub const ALL: [&str; 51] = [
         SYNTAX,
         UNKNOWN_KEY,
         MISSING_KEY,
@@ -183,6 +192,10 @@ pub mod code {
         MEMBERS,
         PLANNED_START,
         SINGLE_PRECISION,
+        FILE,
+        NOT_IN_FILE,
+        SAMPLING,
+        HOLD_ERROR,
         UNSTABILISABLE,
         LOCAL_LOOP,
         COLLECTIVE_LOOP,

@@ -57,6 +57,7 @@ pub mod export;
 #[cfg(feature = "measure")]
 pub mod footprint;
 pub mod gains;
+pub mod import;
 pub mod iterations;
 pub mod network;
 pub mod notices;

@@ -7,6 +7,7 @@ mod collective;
 mod constraints;
 mod disturbance;
 mod form;
+mod hold;
 mod interaction;
 mod limits;
 mod loads;
@@ -34,6 +35,7 @@ use crate::spec::{self, Spec};
 use crate::tuning::Effort;
 use changing::Changing;
 use form::Form;
+pub use hold::{Fastest, Hold, HoldError};
 use limits::{Space, polytope};
 use model::Model;
 use roster::{Member, Roster};
@@ -61,12 +63,16 @@ pub struct Network {
     pub subsystems: Vec<Subsystem>,
     pub coupling_constraints: Vec<CouplingConstraint>,
     pub changing_constraints: Vec<ChangingConstraint>,
+    /// How it was sampled, where the file states it in continuous time.
+    pub hold: Option<Hold>,
     /// Whether controllers are to start from any state that a start-up plan exists for; see [`crate::start`].
     pub start_anywhere: bool,
     /// The start that the file states.
     pub start: Option<Start>,
     /// The text the network was read from, for diagnostics of later stages.
     pub source: Source,
+    /// Names of the files beside it that matrices were read from.
+    pub files: Vec<String>,
     pub places: NetworkPlaces,
 }
 
@@ -366,6 +372,10 @@ impl Network {
         let (settings, roster) = names(spec)?;
         let (models, constraints, changing) = matrices(form, spec, &roster)?;
         let subsystems = subsystems(spec, &roster, &models, &changing, settings.reference.gamma)?;
+        let (subsystems, hold) = match &settings.sampling {
+            Some(sampling) => hold::sample(subsystems, sampling).map(|(subsystems, hold)| (subsystems, Some(hold)))?,
+            None => (subsystems, None),
+        };
         let start = Start::of_file(spec, &subsystems)?;
         changing.check_start(spec)?;
         Ok(Self {
@@ -380,9 +390,11 @@ impl Network {
             subsystems,
             coupling_constraints: constraints,
             changing_constraints: changing.constraints,
+            hold,
             start_anywhere: spec.start_anywhere.as_ref().map_or(start.is_some(), |anywhere| anywhere.value),
             start,
             source,
+            files: spec.files.clone(),
             places: NetworkPlaces::of(spec),
         })
     }

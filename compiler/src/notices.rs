@@ -1,8 +1,11 @@
 //! What a design is worth a second look for: nothing is wrong, but it is probably not what was meant.
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
+use std::f64::consts::PI;
+
 use crate::design::Design;
 use crate::gains::{GainChoice, Layer};
+use crate::network::{Hold, HoldError};
 use crate::sets::CAP;
 use crate::summary::short;
 
@@ -12,6 +15,9 @@ const LITTLE: f64 = 0.05;
 const MANY_STEPS: f64 = 5000.0;
 /// So many times epsilon charged for references that move is conspicuous. Less than once is not possible.
 const MANY_EPSILON: f64 = 3.0;
+
+/// A mode that decays by so many time constants within a period, to 1 %, is conspicuous.
+const DIED_OUT: f64 = 4.6;
 
 /// One sentence each: what is asked for in vain first, then in the order of the file.
 pub fn notices(design: &Design) -> Vec<String> {
@@ -28,7 +34,7 @@ pub fn notices(design: &Design) -> Vec<String> {
         )
     });
     let exposed = (0..design.network.subsystems.len()).flat_map(|i| charges(design, i));
-    in_vain(design).into_iter().chain(outputs).chain(constraints).chain(exposed).collect()
+    in_vain(design).into_iter().chain(held(design)).chain(outputs).chain(constraints).chain(exposed).collect()
 }
 
 /// Outputs in changing constraints that are charged many times what references move.
@@ -43,6 +49,47 @@ fn charges(design: &Design, i: usize) -> impl Iterator<Item = String> {
             s.name
         )
     })
+}
+
+/// What sampling makes of a model in continuous time.
+fn held(design: &Design) -> Vec<String> {
+    let network = &design.network;
+    let Some(hold) = &network.hold else { return Vec::new() };
+    let h = network.sample_time;
+    let modes = network.subsystems.iter().zip(&hold.fastest).filter_map(|(s, fastest)| {
+        if fastest.turn * h > PI {
+            let period = short(2.0 * PI / fastest.turn);
+            Some(format!("`{}` oscillates within {period} s, less than two samples; sample faster", s.name))
+        } else if fastest.decay * h > DIED_OUT {
+            let time = short(1.0 / fastest.decay);
+            Some(format!("a mode of `{}` (time constant {time} s) dies out between samples; sample faster, or put its steady state in its place", s.name))
+        } else {
+            None
+        }
+    });
+    modes.chain(uncharged(hold)).collect()
+}
+
+/// Errors that the design knows nothing of.
+fn uncharged(hold: &Hold) -> Option<String> {
+    let all = hold.errors.as_ref()?.iter().flatten();
+    let counts = all.clone().any(|error| !matches!(error, HoldError::Within { below: 0.0, above: 0.0 }));
+    let mut unbounded: Vec<&String> = all
+        .filter_map(|error| match error {
+            HoldError::Unbounded(signals) => Some(signals),
+            HoldError::Within { .. } => None,
+        })
+        .flatten()
+        .collect();
+    unbounded.sort();
+    unbounded.dedup();
+    let named: Vec<&str> = unbounded.iter().take(6).map(|signal| signal.as_str()).collect();
+    let more = if unbounded.len() > named.len() { ", .." } else { "" };
+    match (hold.charged, counts, named.is_empty()) {
+        (true, ..) | (_, false, _) => None,
+        (false, true, true) => Some("the guarantee is for the model with held coupling; hold-error = \"disturbance\" extends it to the exact discretisation".to_owned()),
+        (false, true, false) => Some(format!("the guarantee is for the model with held coupling, and its error has no bound: {}{more} have none", named.join(", "))),
+    }
 }
 
 /// What says how to choose gains, where the file leaves none to be chosen.

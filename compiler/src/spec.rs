@@ -1,14 +1,19 @@
-//! The file as written; no other module knows TOML.
+//! The file as written, with the matrices that it says stand in other files; no other module knows TOML.
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
+mod files;
+mod imported;
 mod nearest;
 mod read;
 mod table;
 mod value;
 
+use std::path::PathBuf;
+
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Source, code};
 use crate::gains::GainChoice;
 use crate::network::{Norm, Scalar, Signal};
+use files::Files;
 pub(crate) use nearest::did_you_mean;
 use table::Table;
 use toml::de::DeTable;
@@ -19,15 +24,27 @@ use toml::de::DeTable;
 /// infinities stand in bounds only, and unknown keys were refused. Nothing is resolved or compared yet.
 ///
 /// The manual's reference of the file is made of the comments on the fields here. A field is the key of the same name with
-/// hyphens, or the key in a line `Key:`; it is optional where its type is an `Option`, a list or a table with a default, unless
-/// a line says `Required.` Lines `One of:`, `Default:` and `Example:` are columns there. What is `Not a key:` is left out.
+/// hyphens, or the key in a line `Key:`; it is optional where its type is an `Option`, a list or a table with a default, or a
+/// line says `Default:`, unless one says `Required.` Lines `One of:`, `Default:` and `Example:` are columns there. What is `Not a key:` is left out.
 #[derive(Debug, Clone)]
 pub struct Spec {
     /// Name of the network: of the folder its controllers are written to, and in messages. Letters, digits, spaces; one line.
     ///
     /// Example: `name = "four-tank"`
     pub name: At<String>,
-    /// Seconds between two steps, above 0. All matrices belong to this step.
+    /// What A and B say: x+ = A x + B u (`"discrete"`), or dx/dt = A x + B u per second (`"continuous"`); then the compiler samples
+    /// each subsystem by zero-order hold and holds what couples it over the period.
+    ///
+    /// One of: `"discrete"`, `"continuous"`
+    /// Default: `"discrete"`
+    pub time: Time,
+    /// What to do about the difference of that from the exact discretisation of the network: say how large it is, or make it a part
+    /// of `w`. Goes with `time = "continuous"`.
+    ///
+    /// One of: `"report"`, `"disturbance"`
+    /// Default: `"report"`
+    pub hold_error: Option<At<HoldWish>>,
+    /// Seconds between two steps, above 0. Matrices of discrete time belong to this step.
     ///
     /// Example: `sample-time = 0.5`
     pub sample_time: At<f64>,
@@ -63,6 +80,27 @@ pub struct Spec {
     pub coupling_constraints: Vec<CouplingConstraint>,
     /// Key: `changing-constraint`
     pub changing_constraints: Vec<ChangingConstraint>,
+    /// Not a key: names, as written and each once, of the files that matrices were read from.
+    pub files: Vec<String>,
+}
+
+/// `time`: what A and B say.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Time {
+    /// x+ = A x + B u.
+    #[default]
+    Discrete,
+    /// x' = A x + B u.
+    Continuous,
+}
+
+/// `hold-error`: what to do about the difference from the exact discretisation.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum HoldWish {
+    #[default]
+    Report,
+    /// Make it a part of w.
+    Disturbance,
 }
 
 /// A value and the bytes it was read from.
@@ -461,16 +499,30 @@ pub enum Coefficients {
 }
 
 impl Spec {
-    /// Reads the text of `source`.
+    /// Reads the text of `source`, and the files it names, whose paths are relative to its folder: with them, and only
+    /// here, the file system comes in.
     ///
     /// # Errors
     /// The first syntax error, since one forgotten bracket spoils all that follows; where there is none, all unknown
-    /// keys, missing keys, values of the wrong kind, NaNs and malformed names.
+    /// keys, missing keys, values of the wrong kind, NaNs, malformed names and unusable files.
     pub fn parse(source: &Source) -> Result<Self, Diagnostics> {
+        Self::parse_with(source, &Files::beside(source))
+    }
+
+    /// Paths of the files that the text of `source` names, there or not, as far as it can be read: what a design depends
+    /// on besides the text.
+    pub fn files(source: &Source) -> Vec<PathBuf> {
+        let files = Files::beside(source);
+        // Its mistakes are for those who want the design.
+        let _ = Self::parse_with(source, &files);
+        files.paths()
+    }
+
+    fn parse_with(source: &Source, files: &Files) -> Result<Self, Diagnostics> {
         let document = DeTable::parse(&source.text).map_err(|mistake| syntax(&mistake, &source.text))?;
         let mut errors = Diagnostics::default();
-        let mut file = Table::new("", first_line(&source.text), document.get_ref());
-        let spec = read::spec(&mut file, &mut errors);
+        let mut file = Table::new("", first_line(&source.text), document.get_ref(), files);
+        let spec = read::spec(&mut file, &mut errors).map(|spec| Self { files: files.names(), ..spec });
         errors.finish(spec)
     }
 }
@@ -483,7 +535,8 @@ impl StartOf {
     pub fn parse(source: &Source) -> Result<Vec<Self>, Diagnostics> {
         let document = DeTable::parse(&source.text).map_err(|mistake| syntax(&mistake, &source.text))?;
         let mut errors = Diagnostics::default();
-        let file = Table::new("", first_line(&source.text), document.get_ref());
+        let files = Files::beside(source);
+        let file = Table::new("", first_line(&source.text), document.get_ref(), &files);
         let starts = read::starts(&file, &mut errors);
         errors.finish(starts)
     }

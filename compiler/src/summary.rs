@@ -10,7 +10,7 @@ use crate::convex::Polytope;
 use crate::design::Design;
 use crate::emit::Emitted;
 use crate::gains::{Layer, origin};
-use crate::network::{NamedPolytope, Network, Norm, Scalar, Signal, Subsystem};
+use crate::network::{HoldError, NamedPolytope, Network, Norm, Scalar, Signal, Subsystem};
 use crate::notices::notices;
 use crate::problems::DpcProblem;
 use crate::sets::{ReferenceShare, SubsystemSets};
@@ -52,11 +52,12 @@ impl fmt::Display for Summary<'_> {
 
 impl Summary<'_> {
     fn title(&self) -> String {
-        let Network { name, subsystems, horizon, sample_time, .. } = &self.design.network;
+        let Network { name, subsystems, horizon, sample_time, hold, .. } = &self.design.network;
         format!(
-            "{name}: {}, N = {horizon}, one step every {} s",
+            "{name}: {}, N = {horizon}, one step every {} s{}",
             count(subsystems.len(), "subsystem"),
-            short(*sample_time)
+            short(*sample_time),
+            if hold.is_some() { ", sampled from continuous time" } else { "" }
         )
     }
 
@@ -185,6 +186,7 @@ impl Summary<'_> {
         lines.extend(output_ranges(model, sizes, epsilon, sample_time, limits));
         lines.extend(reserves(model, sizes));
         lines.extend(charges(model, sizes, &self.design.sets.subsystems[i], epsilon));
+        lines.extend(self.held(i));
         lines.extend(disturbances(model));
         lines.extend(tube_share(model, sizes));
         lines.extend(load_share(model, &self.design.sets.subsystems[i]));
@@ -199,6 +201,28 @@ impl Summary<'_> {
         }
         lines.push(item("tables", &format!("{} bytes", self.emitted.table_bytes[i])));
         lines
+    }
+
+    /// What holding the coupling over a period leaves out of x+, a few states per line.
+    fn held(&self, i: usize) -> Vec<String> {
+        let Network { hold: Some(hold), subsystems, .. } = &self.design.network else { return Vec::new() };
+        let errors = match &hold.errors {
+            Some(errors) => &errors[i],
+            None => return vec![item("coupling held", "no bound of its error: the network is too large")],
+        };
+        let state = |(signal, error): (&Signal, &HoldError)| match error {
+            HoldError::Within { below, above } => {
+                format!("{} {}{}", signal.name, within(*below, *above), signal.unit_suffix())
+            }
+            HoldError::Unbounded(_) => format!("{} without bound", signal.name),
+        };
+        let states: Vec<String> = subsystems[i].states.iter().zip(errors).map(state).collect();
+        let end = if hold.charged { ", in w" } else { "" };
+        let lines = states.chunks(STATES_PER_LINE).map(|states| states.join(", "));
+        lines
+            .enumerate()
+            .map(|(k, line)| item(if k == 0 { "coupling held" } else { "" }, &format!("x+ off by {line}{end}")))
+            .collect()
     }
 
     fn coupling(&self) -> Vec<String> {
@@ -363,6 +387,14 @@ fn largest(what: &str, shares: Vec<(f64, String)>) -> Option<String> {
     Some(item(what, &format!("{verb} at most {} % of a limit: {row}", short(100.0 * share))))
 }
 
+/// `0.1`, where as much is possible to both sides up to the digits shown, `-0.1 to 0.2` else.
+fn within(below: f64, above: f64) -> String {
+    match short(below) == short(above) {
+        true => short(above),
+        false => format!("{} to {}", short(-below), short(above)),
+    }
+}
+
 /// Half-axes of Sigma_i.
 fn upsets(model: &Subsystem, sizes: &SubsystemSizing) -> String {
     let axes = model.states.iter().zip(&sizes.upset);
@@ -383,6 +415,9 @@ fn trade_row(point: &TradePoint) -> String {
     };
     format!("{mark} {:>9}{volume:>16}{epsilon:>12}", short(point.reserve))
 }
+
+/// States whose hold errors stand on one line.
+const STATES_PER_LINE: usize = 3;
 
 fn item(what: &str, value: &str) -> String {
     format!("  {what:<16}{value}")

@@ -73,7 +73,7 @@ fn key(structs: &[Struct], field: &Field) -> Key {
     Key {
         name: name.to_owned(),
         kind,
-        required: doc.has("Required.") || !may_be_absent(structs, &field.of_type),
+        required: doc.has("Required.") || !(doc.has("Default:") || may_be_absent(structs, &field.of_type)),
         about,
         default: given("Default:"),
         example: doc.note("Example:").map(|example| example.trim_matches('`').to_owned()),

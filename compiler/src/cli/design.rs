@@ -9,6 +9,7 @@ use dpc_codegen::emit::{Emitted, package_folder, write_all};
 use dpc_codegen::export::design_json;
 use dpc_codegen::footprint::{Measured, Target, Workshop, without};
 use dpc_codegen::network::Scalar;
+use dpc_codegen::spec::Spec;
 use dpc_codegen::summary::Summary;
 use dpc_codegen::tuning::{Effort, frozen};
 use serde_json::json;
@@ -137,7 +138,9 @@ fn measured(targets: &[String], design: &Design, emitted: &mut Emitted) -> Resul
 impl Arguments {
     /// Nothing that is read may be written, and no folder can be; better said before the design than after it.
     fn check_targets(&self) -> Result<(), String> {
-        let inputs: Vec<_> = [Some(&self.question.file), self.question.start.as_ref()].into_iter().flatten().collect();
+        let imported = Source::read(&self.question.file).map(|source| Spec::files(&source)).unwrap_or_default();
+        let inputs: Vec<_> =
+            [Some(&self.question.file), self.question.start.as_ref()].into_iter().flatten().chain(&imported).collect();
         let same = |one: &Path, other: &Path| match (one.canonicalize(), other.canonicalize()) {
             (Ok(one), Ok(other)) => one == other,
             _ => one == other,

@@ -1,9 +1,10 @@
 //! What the file says about the network as a whole: times, reference layer, wishes for the sizing.
 
+use super::hold::Sampling;
 use super::words::number;
 use super::{Norm, Reference, Wishes};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
-use crate::spec::{At, Spec};
+use crate::spec::{At, HoldWish, Spec, Time};
 use crate::tuning::Effort;
 
 const DEFAULT_GAMMA: f64 = 1e-6;
@@ -16,6 +17,8 @@ pub(super) struct Settings {
     pub reference: Reference,
     pub wishes: Wishes,
     pub effort: Effort,
+    /// Of models in continuous time.
+    pub sampling: Option<Sampling>,
 }
 
 pub(super) fn settings(spec: &Spec, errors: &mut Diagnostics) -> Option<Settings> {
@@ -24,13 +27,31 @@ pub(super) fn settings(spec: &Spec, errors: &mut Diagnostics) -> Option<Settings
     let reference = reference(spec, errors);
     let wishes = wishes(spec, errors);
     let effort = effort(&spec.sizing.effort, errors);
+    let sampling = sampling(spec, errors);
     Some(Settings {
         sample_time: sample_time?,
         horizon: horizon?,
         reference: reference?,
         wishes: wishes?,
         effort: effort?,
+        sampling: sampling?,
     })
+}
+
+/// How to sample, where the model is in continuous time.
+fn sampling(spec: &Spec, errors: &mut Diagnostics) -> Option<Option<Sampling>> {
+    let wish = spec.hold_error.as_ref();
+    if spec.time == Time::Continuous {
+        let charged = wish.filter(|wish| wish.value == HoldWish::Disturbance).map(|wish| wish.place.clone());
+        return Some(Some(Sampling { period: spec.sample_time.value, charged }));
+    }
+    let Some(wish) = wish else { return Some(None) };
+    let error = Diagnostic::error(code::HOLD_ERROR, "`hold-error` belongs to a model in continuous time");
+    let error = error.at(wish.place.clone(), "nothing is held here: the model is in discrete time");
+    errors.push(
+        error.help("write time = \"continuous\" if A and B are those of x' = A x + B u, or leave `hold-error` out"),
+    );
+    None
 }
 
 fn horizon(given: &At<i64>, errors: &mut Diagnostics) -> Option<usize> {

@@ -52,11 +52,15 @@ impl Shape {
             Side::Exactly(_, reason) => reason,
             Side::Free => "as many as in row 1",
         };
-        let wrong = given.value.iter().enumerate().filter(|(_, row)| row.value.len() != expected);
+        // All rows of a file stand at one place, and have one length.
+        let from_file = given.value.iter().all(|row| row.place == given.place);
+        let shown = if from_file { 1 } else { usize::MAX };
+        let wrong = given.value.iter().enumerate().filter(|(_, row)| row.value.len() != expected).take(shown);
         let before = errors.0.len();
         for (k, row) in wrong {
             let found = count(row.value.len(), "number");
-            let label = format!("row {} has {found}, expected {expected} ({reason})", k + 1);
+            let row_of = if from_file { "each row".to_owned() } else { format!("row {}", k + 1) };
+            let label = format!("{row_of} has {found}, expected {expected} ({reason})");
             errors.push(self.error("columns").at(row.place.clone(), label));
         }
         errors.0.len() == before

@@ -3,6 +3,7 @@
 pub mod block_lu;
 pub mod climb;
 pub mod conic;
+pub mod exponential;
 pub mod lmi;
 pub mod lp;
 pub mod lyapunov;

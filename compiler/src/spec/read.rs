@@ -2,14 +2,15 @@
 
 use toml::de::DeValue;
 
+use super::imported::is_reference;
 use super::table::{Table, Value};
 use super::value::{
     all, boolean, bounds, finite, integer, interval, list, magnitudes, matrix, per_signal, row, signals, text, title,
     weight,
 };
 use super::{
-    At, ChangingConstraint, Coefficients, Collective, CouplingConstraint, Cover, GainWeights, Import, Layer, OutputRow,
-    Reference, ReferenceWeights, Sizing, Spec, StartOf, Subsystem,
+    At, ChangingConstraint, Coefficients, Collective, CouplingConstraint, Cover, GainWeights, HoldWish, Import, Layer,
+    OutputRow, Reference, ReferenceWeights, Sizing, Spec, StartOf, Subsystem, Time,
 };
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, code};
 use crate::gains::GainChoice;
@@ -17,6 +18,8 @@ use crate::network::{Norm, Scalar};
 
 pub(super) fn spec(file: &mut Table<'_>, errors: &mut Diagnostics) -> Option<Spec> {
     let name = file.required("name", errors, title);
+    let time = file.optional("time", errors, time).unwrap_or_default();
+    let hold_error = file.optional("hold-error", errors, hold_error);
     let sample_time = file.required("sample-time", errors, finite);
     let horizon = file.required("horizon", errors, integer);
     let reference = file.optional("reference", errors, reference).unwrap_or_default();
@@ -33,6 +36,8 @@ pub(super) fn spec(file: &mut Table<'_>, errors: &mut Diagnostics) -> Option<Spe
     file.refuse_unknown(errors);
     Some(Spec {
         name: name?,
+        time,
+        hold_error,
         sample_time: sample_time?,
         horizon: horizon?,
         reference,
@@ -44,6 +49,7 @@ pub(super) fn spec(file: &mut Table<'_>, errors: &mut Diagnostics) -> Option<Spe
         subsystems: subsystems?,
         coupling_constraints,
         changing_constraints,
+        files: Vec::new(),
     })
 }
 
@@ -84,6 +90,38 @@ fn gains(value: &Value<'_>, errors: &mut Diagnostics) -> Option<At<GainChoice>> 
         }
     };
     Some(At::new(choice, written.place))
+}
+
+fn time(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Time> {
+    let written = text(value, errors)?;
+    match &*written.value {
+        "discrete" => Some(Time::Discrete),
+        "continuous" => Some(Time::Continuous),
+        other => {
+            let error = choice(format!("there is no time \"{other}\""), written.place);
+            errors.push(error.help(
+                "write time = \"continuous\" for matrices of x' = A x + B u, or \"discrete\", the default, for x+ = A x + B u",
+            ));
+            None
+        }
+    }
+}
+
+fn hold_error(value: &Value<'_>, errors: &mut Diagnostics) -> Option<At<HoldWish>> {
+    let written = text(value, errors)?;
+    let wish = match &*written.value {
+        "report" => HoldWish::Report,
+        "disturbance" => HoldWish::Disturbance,
+        other => {
+            let error =
+                choice(format!("there is nothing called \"{other}\" to do about the hold error"), written.place);
+            errors.push(
+                error.help("write hold-error = \"report\", the default, or \"disturbance\" to make it a part of w"),
+            );
+            return None;
+        }
+    };
+    Some(At::new(wish, written.place))
 }
 
 fn scalar(value: &Value<'_>, errors: &mut Diagnostics) -> Option<At<Scalar>> {
@@ -153,7 +191,7 @@ fn subsystems(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Vec<Subsyst
         errors.push(value.wrong_type("a table of subsystems").help("head each subsystem with [subsystem.NAME]"));
         return None;
     };
-    let table = Table::new("`subsystem`", value.place.clone(), subsystems);
+    let table = Table::new("`subsystem`", value.place.clone(), subsystems, value.files);
     if table.named().next().is_none() {
         let error = Diagnostic::error(code::MISSING_KEY, "there is no subsystem");
         errors.push(error.at(table.place(), "needs at least one table [subsystem.NAME]"));
@@ -318,6 +356,7 @@ fn output_rows(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Vec<Output
 fn coefficients(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Coefficients> {
     match value.toml {
         DeValue::Array(_) => row(value, errors).map(Coefficients::List),
+        _ if is_reference(value) => row(value, errors).map(Coefficients::List),
         DeValue::Table(_) => {
             let table = Table::of(value.what.clone(), value, errors)?;
             let named = all(table.named().map(|(entry, value)| Some((entry.name(), finite(&value, errors)?))));

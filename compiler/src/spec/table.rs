@@ -4,6 +4,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::At;
+use super::files::Files;
 use super::nearest::did_you_mean;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, code};
 
@@ -11,8 +12,12 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Place, code};
 pub(super) struct Value<'a> {
     /// In the user's words: ``` `A` of subsystem `left` ```.
     pub what: String,
+    /// The key it stands behind, of a list's entries that of the list.
+    pub key: &'a str,
     pub place: Place,
     pub toml: &'a DeValue<'a>,
+    /// What it may name.
+    pub files: &'a Files,
 }
 
 /// A key with its value.
@@ -30,20 +35,21 @@ pub(super) struct Table<'a> {
     /// In the order of the file.
     entries: Vec<Entry<'a>>,
     asked: Vec<&'static str>,
+    files: &'a Files,
 }
 
 impl<'a> Table<'a> {
-    pub fn new(what: impl Into<String>, place: Place, table: &'a DeTable<'a>) -> Self {
+    pub fn new(what: impl Into<String>, place: Place, table: &'a DeTable<'a>, files: &'a Files) -> Self {
         let entry = |(key, value): (&'a Spanned<_>, _)| Entry { key: key_text(key), key_place: key.span(), value };
         let mut entries: Vec<_> = table.iter().map(entry).collect();
         entries.sort_by_key(|entry| entry.key_place.start);
-        Self { what: what.into(), place, entries, asked: Vec::new() }
+        Self { what: what.into(), place, entries, asked: Vec::new(), files }
     }
 
     /// The table in `value`, called `what` from here on.
     pub fn of(what: impl Into<String>, value: &Value<'a>, errors: &mut Diagnostics) -> Option<Self> {
         match value.toml {
-            DeValue::Table(table) => Some(Self::new(what, value.place.clone(), table)),
+            DeValue::Table(table) => Some(Self::new(what, value.place.clone(), table, value.files)),
             _ => value.refuse("a table", errors),
         }
     }
@@ -67,7 +73,7 @@ impl<'a> Table<'a> {
     ) -> Option<T> {
         self.asked.push(key);
         let entry = self.entries.iter().find(|entry| entry.key == key)?;
-        read(&entry.value(&self.what), errors)
+        read(&entry.value(&self.what, self.files), errors)
     }
 
     /// `None` where the key is absent or wrong; `errors` says which.
@@ -87,7 +93,7 @@ impl<'a> Table<'a> {
 
     /// Every entry, for tables whose keys are the user's names.
     pub fn named(&self) -> impl Iterator<Item = (&Entry<'a>, Value<'a>)> {
-        self.entries.iter().map(|entry| (entry, entry.value(&self.what)))
+        self.entries.iter().map(|entry| (entry, entry.value(&self.what, self.files)))
     }
 
     pub fn key_place(&self, key: &str) -> Option<Place> {
@@ -133,16 +139,17 @@ impl<'a> Entry<'a> {
         At::new(self.key.to_string(), self.key_place.clone())
     }
 
-    fn value(&self, table: &str) -> Value<'a> {
+    fn value(&self, table: &str, files: &'a Files) -> Value<'a> {
         let what = if table.is_empty() { format!("`{}`", self.key) } else { format!("`{}` of {table}", self.key) };
-        Value { what, place: self.value.span(), toml: self.value.get_ref() }
+        Value { what, key: self.key, place: self.value.span(), toml: self.value.get_ref(), files }
     }
 }
 
 impl<'a> Value<'a> {
     /// Element `index` of the list this value is.
     pub fn element(&self, index: usize, element: &'a Spanned<DeValue<'a>>) -> Self {
-        Self { what: format!("entry {} of {}", index + 1, self.what), place: element.span(), toml: element.get_ref() }
+        let what = format!("entry {} of {}", index + 1, self.what);
+        Self { what, place: element.span(), toml: element.get_ref(), ..*self }
     }
 
     /// Says that `expected` belongs here.

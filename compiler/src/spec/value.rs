@@ -2,13 +2,14 @@
 
 use toml::de::{DeFloat, DeInteger, DeValue};
 
+use super::imported::{self, is_reference};
 use super::table::{Table, Value};
 use super::{At, Bounds, Matrix, PerSignal, Row, Weight};
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::network::Signal;
 
 /// Magnitudes beyond this are slips, and their products overflow.
-const LARGEST: f64 = 1e30;
+pub(super) const LARGEST: f64 = 1e30;
 
 /// A number a matrix may hold.
 pub(super) fn finite(value: &Value<'_>, errors: &mut Diagnostics) -> Option<At<f64>> {
@@ -98,14 +99,31 @@ pub(super) fn signals(value: &Value<'_>, errors: &mut Diagnostics) -> Option<At<
     list(value, errors, "a list of names such as [\"h1 [cm]\", \"h2 [cm]\"]", signal)
 }
 
+/// A list of finite numbers, written out or in a file.
 pub(super) fn row(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Row> {
-    list(value, errors, "a list of numbers", finite)
+    match is_reference(value) {
+        true => imported::row(value, false, errors),
+        false => list(value, errors, "a list of numbers", finite),
+    }
 }
 
+/// Likewise of numbers that a bound may hold.
+fn ends(value: &Value<'_>, expected: &str, errors: &mut Diagnostics) -> Option<Row> {
+    match is_reference(value) {
+        true => imported::row(value, true, errors),
+        false => list(value, errors, expected, extended),
+    }
+}
+
+/// A matrix of finite numbers, written out or in a file.
 pub(super) fn matrix(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Matrix> {
+    if is_reference(value) {
+        return imported::matrix(value, errors);
+    }
     const EXPECTED: &str = "a matrix, written as a list of rows";
     let Some(elements) = value.toml.as_array() else {
-        errors.push(value.wrong_type(EXPECTED).help("a 1 x 1 matrix is written [[0.5]]"));
+        let error = value.wrong_type(EXPECTED).help("a 1 x 1 matrix is written [[0.5]]");
+        errors.push(error.help(format!("one in a file is {{ file = \"plant.npz\", name = \"{}\" }}", value.key)));
         return None;
     };
     if elements.iter().any(|element| is_number(element.get_ref())) {
@@ -128,6 +146,7 @@ pub(super) fn weight(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Weig
         }
         DeValue::Array(_) => row(value, errors).map(Weight::Diagonal),
         DeValue::Float(_) | DeValue::Integer(_) => finite(value, errors).map(Weight::Scalar),
+        _ if is_reference(value) => imported::weight(value, errors),
         _ => value.refuse("a number, a list with the diagonal, or a matrix", errors),
     }
 }
@@ -136,8 +155,9 @@ pub(super) fn weight(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Weig
 pub(super) fn per_signal(value: &Value<'_>, errors: &mut Diagnostics) -> Option<PerSignal> {
     const EXPECTED: &str = "a number for all, or a list with one number each";
     match value.toml {
-        DeValue::Array(_) => list(value, errors, EXPECTED, extended).map(PerSignal::Each),
         DeValue::Float(_) | DeValue::Integer(_) => extended(value, errors).map(PerSignal::Every),
+        DeValue::Array(_) => ends(value, EXPECTED, errors).map(PerSignal::Each),
+        _ if is_reference(value) => ends(value, EXPECTED, errors).map(PerSignal::Each),
         _ => value.refuse(EXPECTED, errors),
     }
 }
@@ -149,11 +169,11 @@ pub(super) fn bounds(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Boun
         errors.push(error.help("write { min = [-1.0], max = [2.0] }, or { H = [[1.0]], h = [2.0] }"));
         return None;
     };
-    let mut table = Table::new(value.what.clone(), value.place.clone(), table);
+    let mut table = Table::new(value.what.clone(), value.place.clone(), table, value.files);
     let [min, max] = ["min", "max"].map(|key| table.optional(key, errors, per_signal));
     let halves = table.key_place("H").is_some() || table.key_place("h").is_some();
     let H = halves.then(|| table.required("H", errors, matrix)).flatten();
-    let h = halves.then(|| table.required("h", errors, |v, e| list(v, e, "a list of numbers", extended))).flatten();
+    let h = halves.then(|| table.required("h", errors, |v, e| ends(v, "a list of numbers", e))).flatten();
     if !halves {
         table.also(&["H", "h"]);
     }
@@ -168,7 +188,7 @@ pub(super) fn magnitudes(value: &Value<'_>, errors: &mut Diagnostics) -> Option<
         errors.push(error.help("write { max = [0.1, 0.0] }, one number per state"));
         return None;
     };
-    let mut table = Table::new(value.what.clone(), value.place.clone(), table);
+    let mut table = Table::new(value.what.clone(), value.place.clone(), table, value.files);
     let max = table.required("max", errors, per_signal);
     table.refuse_unknown(errors);
     Some(max)
