@@ -1,6 +1,7 @@
 //! Command lines: what may be asked, and who answers.
 
 mod design;
+mod simulate;
 
 use clap::{Parser, Subcommand};
 
@@ -18,7 +19,9 @@ pub struct CommandLine {
 }
 
 #[derive(Subcommand)]
-enum Command {}
+enum Command {
+    Simulate(simulate::Arguments),
+}
 
 impl CommandLine {
     /// Does what was asked.
@@ -36,6 +39,8 @@ impl CommandLine {
 
 impl Command {
     fn run(self) -> Result<(), String> {
-        match self {}
+        match self {
+            Self::Simulate(arguments) => simulate::run_simulation(&arguments),
+        }
     }
 }

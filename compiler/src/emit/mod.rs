@@ -37,6 +37,7 @@ use std::path::{Path, PathBuf};
 
 pub use disk::write_all;
 pub use fingerprint::{fingerprint, plan_number};
+pub use names::module_name;
 
 use crate::design::Design;
 use crate::network::{Network, Scalar};
@@ -44,6 +45,21 @@ use crate::sharing::spread;
 use node::Node;
 use steady::Steady;
 use tables::{Value, item};
+
+/// Whose messages a subsystem needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Heard {
+    /// Index of the sender.
+    pub subsystem: usize,
+    /// Place of its first output among the imported ones, where a coupling constraint joins the two.
+    pub outputs: Option<usize>,
+}
+
+/// Whom subsystem `i` hears, by slot.
+pub fn hears(design: &Design, i: usize) -> Vec<Heard> {
+    let neighbours = Node::new(design, i).neighbours;
+    neighbours.iter().map(|neighbour| Heard { subsystem: neighbour.j, outputs: neighbour.y }).collect()
+}
 
 /// What the compiler writes for one network.
 ///
