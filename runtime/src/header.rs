@@ -39,6 +39,17 @@ impl Sender {
     pub fn place_in(bytes: &[u8]) -> Result<u32, Refused> {
         Header::read(bytes).map(|header| header.sender.place)
     }
+
+    /// Why a message is refused whose [`place_in`](Self::place_in) is that of no neighbour of this subsystem.
+    pub fn stranger(&self, bytes: &[u8]) -> Refused {
+        match Header::read(bytes).map(|header| header.sender) {
+            Err(refused) => refused,
+            Ok(sender) if sender.design != self.design => {
+                Refused::OtherDesign { expected: self.design, got: sender.design }
+            }
+            Ok(sender) => Refused::NotHeard { sender: sender.place },
+        }
+    }
 }
 
 impl Header {
