@@ -39,7 +39,6 @@ use std::path::{Path, PathBuf};
 
 pub use disk::write_all;
 pub use fingerprint::{design_fingerprint, fingerprint, plan_number};
-pub use fingerprint::{fingerprint, plan_number};
 pub use names::module_name;
 pub use wire::{MessagePart, message_layout};
 

@@ -90,7 +90,7 @@ impl<'a> Recorder<'a> {
     fn left(&self, y: &[DVector<f64>]) -> Vec<f64> {
         let network = &self.design.network;
         let fixed =
-            network.coupling_constraints.iter().map(|c| c.l - c.H.iter().map(|(j, H)| H.dot(&y[*j])).sum::<f64>());
+            network.coupling_constraints.iter().map(|c| c.l - c.H.iter().map(|(j, row)| row.dot(&y[*j])).sum::<f64>());
         let changing = zip(&network.changing_constraints, &self.scenario.rules).map(|(c, rule)| match rule {
             Rule::Apart { distance } => (&y[c.members[0]] - &y[c.members[1]]).norm() - distance,
             Rule::Beyond { normal, bound } => DVector::from_column_slice(normal).dot(&y[c.members[0]]) - bound,
