@@ -11,6 +11,9 @@
 //! as given ones. [`Build`] runs it in a build script, the program `dpc-codegen` on the command line,
 //! [`export::design_json`] tells other tools the result, and [`summary::Summary`] people.
 //!
+//! The manual is the folder `docs` of the repository: a tutorial, the reference of `system.toml`, the theory in two pages with
+//! its limits, how to run controllers, and a comparison with other tools.
+//!
 //! # Symbols
 //!
 //! Fields for matrices and sets are the paper's upper-case letters; a tilde is `_ref`, a hat `_nom`. For subsystem i:
@@ -68,6 +71,8 @@ pub mod rounding;
 pub mod scaffold;
 pub mod sets;
 mod sharing;
+#[cfg(feature = "simulate")]
+pub mod simulate;
 pub mod sizing;
 pub mod spec;
 pub mod start;

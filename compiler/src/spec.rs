@@ -5,6 +5,7 @@ mod files;
 mod imported;
 mod nearest;
 mod read;
+pub mod scenario;
 mod table;
 mod value;
 

@@ -145,7 +145,7 @@ impl Kind {
 }
 
 /// The definitions that the schemas of kinds refer to.
-pub fn definitions() -> [(&'static str, Value); 8] {
+pub fn definitions() -> [(&'static str, Value); 9] {
     let numbers = || json!({ "type": "array", "items": { "type": "number" } });
     let number = || json!({ "type": "number" });
     [
@@ -153,10 +153,11 @@ pub fn definitions() -> [(&'static str, Value); 8] {
             "signals",
             json!({ "type": "array", "items": { "type": "string", "pattern": "^[^\\s\\[\\]]+(\\s*\\[[^\\[\\]]+\\])?$" } }),
         ),
-        ("row", numbers()),
-        ("matrix", json!({ "type": "array", "items": definition("row") })),
+        ("file", file()),
+        ("row", json!({ "anyOf": [numbers(), definition("file")] })),
+        ("matrix", json!({ "anyOf": [{ "type": "array", "items": numbers() }, definition("file")] })),
         ("weight", json!({ "anyOf": [number(), numbers(), definition("matrix")] })),
-        ("one-or-each", json!({ "anyOf": [number(), numbers()] })),
+        ("one-or-each", json!({ "anyOf": [number(), definition("row")] })),
         (
             "bounds",
             json!({
@@ -172,8 +173,24 @@ pub fn definitions() -> [(&'static str, Value); 8] {
             }),
         ),
         ("interval", json!({ "type": "array", "items": number(), "minItems": 2, "maxItems": 2 })),
-        ("coefficients", json!({ "anyOf": [numbers(), { "type": "object", "additionalProperties": number() }] })),
+        ("coefficients", json!({ "anyOf": [definition("row"), { "type": "object", "additionalProperties": number() }] })),
     ]
+}
+
+/// A value that stands in a file of its own.
+fn file() -> Value {
+    let pick = json!({ "type": ["array", "string", "integer"] });
+    json!({
+        "anyOf": [
+            { "type": "string", "pattern": "\\.[^.]+$" },
+            {
+                "type": "object",
+                "properties": { "file": { "type": "string" }, "name": { "type": "string" }, "rows": pick, "columns": pick },
+                "required": ["file"],
+                "additionalProperties": false,
+            },
+        ],
+    })
 }
 
 pub fn definition(name: &str) -> Value {
