@@ -22,6 +22,7 @@ mod appraise;
 mod diagnose;
 mod program;
 mod settle;
+mod speed;
 mod verify;
 
 use lapack_symbols::singular_values;
@@ -38,6 +39,7 @@ use crate::sharing::spread;
 use program::{Asks, Goal, Program};
 
 pub use appraise::{Aim, Merit, Stage};
+pub use speed::SpeedPoint;
 
 /// After this point: (21), (22), (25a), (25b), (26), (26') where margins are stated, and (35a') where measurements err, hold
 /// with the recorded slack, which is never negative, and in single precision with what [`crate::rounding`] keeps back besides; no set is empty; and what changing constraints are charged is
