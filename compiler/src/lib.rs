@@ -63,6 +63,8 @@ pub mod problems;
 pub mod rounding;
 pub mod sets;
 mod sharing;
+#[cfg(feature = "simulate")]
+pub mod simulate;
 pub mod sizing;
 pub mod spec;
 pub mod start;

@@ -10,7 +10,7 @@ pub fn closed_loop(title: &str, trajectory: &Trajectory, promise: &Promise) -> F
     let mut panels: Vec<_> = (0..nodes.len()).map(|i| outputs(i, trajectory, &nodes[i])).collect();
     panels.push(inputs(trajectory, nodes));
     panels.push(upper_tanks(trajectory, nodes));
-    Figure { title: title.to_owned(), end: trajectory.end(), panels }
+    Figure { title: title.to_owned(), end: trajectory.end(), panels, marks: Vec::new() }
 }
 
 /// Set-point, output and reference of one subsystem on the band Y_i.

@@ -3,11 +3,12 @@
 pub mod bus;
 pub mod checks;
 pub mod matrix;
-pub mod plot;
 pub mod random;
 pub mod sets;
 pub mod table;
 pub mod trajectory;
+
+pub use dpc_plot as plot;
 
 /// The exit code of an example, which returns the promises that were broken; says what went wrong.
 pub fn conclude(run: Result<Vec<String>, Box<dyn std::error::Error + Send + Sync>>) -> std::process::ExitCode {

@@ -31,7 +31,7 @@ pub fn closed_loop(title: &str, run: &Run) -> Figure {
         panel("v [mm/s]", 120, lines(|node| 1000.0 * node.x[1]), Vec::new()),
         panel("force [N]", 150, lines(|node| node.u[0]), limits),
     ];
-    Figure { title: title.to_owned(), end: run.trajectory.end(), panels }
+    Figure { title: title.to_owned(), end: run.trajectory.end(), panels, marks: Vec::new() }
 }
 
 /// Up to five masses, from one wall to the other.

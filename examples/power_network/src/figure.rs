@@ -17,7 +17,7 @@ pub fn closed_loop(title: &str, run: &Run) -> Figure {
         panel("dPref [pu]", 165, lines(run, "area", |node| node.u[0]), powers()),
         panel("dPL [pu]", 120, loads(run), Vec::new()),
     ];
-    Figure { title: title.to_owned(), end: END, panels }
+    Figure { title: title.to_owned(), end: END, panels, marks: Vec::new() }
 }
 
 /// Colour of each area.

@@ -108,7 +108,7 @@ pub fn distances(run: &Run) -> Figure {
         limits: vec![limit],
     };
     let end = run.steps.len() as f64 * run.pace.period();
-    Figure { title: format!("{}: distances", run.scenario.name), end, panels: vec![panel] }
+    Figure { title: format!("{}: distances", run.scenario.name), end, panels: vec![panel], marks: Vec::new() }
 }
 
 fn between(run: &Run, i: usize, j: usize) -> Vec<(f64, f64)> {

@@ -28,6 +28,16 @@ pub struct Figure {
     /// The time axis runs from 0 to this, s.
     pub end: f64,
     pub panels: Vec<Panel>,
+    /// What happened at single moments: thin lines across all panels.
+    pub marks: Vec<Mark>,
+}
+
+/// A moment.
+#[derive(Debug, Clone)]
+pub struct Mark {
+    /// s.
+    pub time: f64,
+    pub colour: RGBColor,
 }
 
 /// One quantity, or several in the same unit, over time.
@@ -122,7 +132,7 @@ impl Figure {
             let (top, below) = rest.split_vertically(LEGEND + panel.height * SCALE + time_axis);
             let (legend, plot) = top.split_vertically(LEGEND);
             panel.draw_legend(&legend)?;
-            panel.draw(&plot, self.end, time_axis)?;
+            panel.draw(&plot, self.end, time_axis, &self.marks)?;
             rest = below;
         }
         root.present()?;
@@ -131,7 +141,7 @@ impl Figure {
 }
 
 impl Panel {
-    fn draw(&self, area: &Area, end: f64, time_axis: u32) -> Drawn {
+    fn draw(&self, area: &Area, end: f64, time_axis: u32, marks: &[Mark]) -> Drawn {
         let (low, high) = self.range();
         let mut chart = ChartBuilder::on(area)
             .margin_left(EDGE)
@@ -142,7 +152,11 @@ impl Panel {
         for band in &self.bands {
             chart.draw_series([Rectangle::new([(0.0, band.low), (end, band.high)], band.fill())])?;
         }
-        self.draw_mesh(&mut chart, time_axis > 0)?;
+        self.draw_mesh(&mut chart, time_axis > 0, high - low)?;
+        for mark in marks {
+            let upright = [(mark.time, low), (mark.time, high)];
+            Stroke::Dotted.draw(area, &pixels(&chart, area, &upright), mark.colour)?;
+        }
         for limit in self.limits.iter().filter(|limit| self.reaches(limit)) {
             let across = [(0.0, limit.value), (end, limit.value)];
             Stroke::Dotted.draw(area, &pixels(&chart, area, &across), limit.colour)?;
@@ -153,13 +167,14 @@ impl Panel {
         Ok(())
     }
 
-    fn draw_mesh(&self, chart: &mut Chart, with_time: bool) -> Drawn {
+    fn draw_mesh(&self, chart: &mut Chart, with_time: bool, span: f64) -> Drawn {
         let style = ("sans-serif", TEXT).into_font().color(&colour::BLACK);
         let label = |value: &f64| number(*value);
+        let value_label = |value: &f64| short(*value, decimals(span));
         let mut mesh = chart.configure_mesh();
         mesh.light_line_style(TRANSPARENT).bold_line_style(colour::GREY.mix(0.25)).axis_style(colour::GREY);
         mesh.label_style(style.clone()).axis_desc_style(style);
-        mesh.x_labels(13).y_labels(6).x_label_formatter(&label).y_label_formatter(&label).y_desc(&self.axis);
+        mesh.x_labels(13).y_labels(6).x_label_formatter(&label).y_label_formatter(&value_label).y_desc(&self.axis);
         if with_time {
             mesh.x_desc("time [s]");
         }
@@ -333,14 +348,23 @@ fn text(size: u32, colour: RGBColor, side: HPos) -> TextStyle<'static> {
 
 /// At most three decimals, no trailing zeros, a true minus sign.
 pub fn number(value: f64) -> String {
-    let digits = format!("{value:.3}");
+    short(value, 3)
+}
+
+/// As many decimals as tell the labels of an axis over `span` apart, at least three.
+fn decimals(span: f64) -> usize {
+    (1..12).find(|k| span * 10f64.powi(*k) >= 10.0).map_or(12, |k| k as usize + 1).max(3)
+}
+
+fn short(value: f64, decimals: usize) -> String {
+    let digits = format!("{value:.decimals$}");
     let short = digits.trim_end_matches('0').trim_end_matches('.');
     if short == "-0" { "0".into() } else { short.replace('-', "\u{2212}") }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{dashes, number, straightened};
+    use super::{dashes, decimals, number, short, straightened};
 
     #[test]
     fn a_pattern_goes_on_over_corners() {
@@ -361,5 +385,11 @@ mod tests {
     fn numbers_are_short() {
         let written = [-1.0, -0.000_01, 0.3, 12.345_6, 100.0].map(number);
         assert_eq!(written, ["\u{2212}1", "0", "0.3", "12.346", "100"]);
+    }
+
+    #[test]
+    fn small_axes_have_labels_that_differ() {
+        assert_eq!([1000.0, 1.0, 0.01, 1e-3, 2e-6].map(decimals), [3, 3, 4, 5, 8]);
+        assert_eq!([1.25e-4, 1.5e-4].map(|value| short(value, decimals(1e-4))), ["0.000125", "0.00015"]);
     }
 }
