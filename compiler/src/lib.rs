@@ -60,6 +60,8 @@ pub mod network;
 pub mod notices;
 pub mod optim;
 pub mod problems;
+#[cfg(feature = "report")]
+pub mod report;
 pub mod rounding;
 pub mod sets;
 mod sharing;

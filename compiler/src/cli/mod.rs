@@ -1,6 +1,7 @@
 //! Command lines: what may be asked, and who answers.
 
 mod design;
+mod report;
 
 use clap::{Parser, Subcommand};
 
@@ -18,7 +19,9 @@ pub struct CommandLine {
 }
 
 #[derive(Subcommand)]
-enum Command {}
+enum Command {
+    Report(report::Arguments),
+}
 
 impl CommandLine {
     /// Does what was asked.
@@ -36,6 +39,8 @@ impl CommandLine {
 
 impl Command {
     fn run(self) -> Result<(), String> {
-        match self {}
+        match self {
+            Self::Report(arguments) => report::run(&arguments),
+        }
     }
 }

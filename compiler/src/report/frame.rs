@@ -56,7 +56,7 @@ impl Frame {
             rect.frame x=(place(self.left)) y=(place(self.top)) width=(place(self.width)) height=(place(self.height)) {}
             g.grid {
                 @for x in ticks(self.x, 6) {
-                    line x1=(place(self.px(x))) x2=(place(self.px(x))) y1=(place(self.top)) y2=(place(self.bottom)) {}
+                    line x1=(place(self.px(x))) x2=(place(self.px(x))) y1=(place(self.top)) y2=(place(self.bottom())) {}
                     text x=(place(self.px(x))) y=(place(self.bottom() + 13.0)) text-anchor="middle" { (short(x)) }
                 }
                 @for y in ticks(self.y, 5) {

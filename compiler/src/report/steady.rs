@@ -1,6 +1,4 @@
 //! States and inputs at rest, as rows over the outputs of the network: (9).
-#![expect(non_snake_case, reason = "the paper's symbols")]
-
 use nalgebra::DMatrix;
 
 use crate::design::Design;
