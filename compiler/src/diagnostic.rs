@@ -34,7 +34,7 @@ pub struct Diagnostic {
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Diagnostics(pub Vec<Diagnostic>);
 
-/// Every code: E01xx input, E02xx gains, E03xx sets, E04xx sizes, E05xx on-line problems. A code keeps its meaning for ever; a retired one is not used again.
+/// Every code: E01xx input, E02xx gains, E03xx sets, E04xx sizes, E05xx on-line problems, E06xx scenarios. A code keeps its meaning for ever; a retired one is not used again.
 pub mod code {
     /// The text is not TOML.
     pub const SYNTAX: &str = "E0101";
@@ -148,9 +148,27 @@ pub mod code {
     /// No start-up plan from the stated start was found.
     pub const NO_START_PLAN: &str = "E0504";
 
+    /// A time, length, share or number in a scenario outside of its range, or two keys that contradict each other.
+    pub const SCENARIO_VALUE: &str = "E0601";
+    /// Messages of a scenario between subsystems of which one does not hear the other.
+    pub const NO_LINK: &str = "E0602";
+    /// A changing constraint without a rule, or with one that does not fit it.
+    pub const RULE: &str = "E0603";
+    /// A file of a scenario that cannot be read as a course.
+    pub const PROFILE: &str = "E0604";
+    /// The file of the true plant cannot be read, or is of another network.
+    pub const TRUE_PLANT: &str = "E0605";
+    /// Something random in a scenario, and no set to draw it from.
+    pub const NO_SET: &str = "E0606";
+    /// A signal in a scenario with another unit than in the network.
+    pub const UNIT: &str = "E0607";
+
     /// Codes that only large networks or numerical trouble can bring up: no small file is known to do so.
     pub const NUMERICAL: [&str; 7] =
         [LARGE_REFERENCES, FEW_NORMALS, STEADY_STATE, NOT_SIZED, LOST_SLACK, NOT_CONVEX, OVERFLOW];
+
+    /// Mistakes in scenarios: no file of a network has them.
+    pub const SCENARIO: [&str; 7] = [SCENARIO_VALUE, NO_LINK, RULE, PROFILE, TRUE_PLANT, NO_SET, UNIT];
 
     /// All others.
     pub const ALL: [&str; 47] = [

@@ -3,6 +3,7 @@
 
 mod nearest;
 mod read;
+pub mod scenario;
 mod table;
 mod value;
 

@@ -178,7 +178,7 @@ fn samples(word: &str) -> Result<usize, String> {
 const MOST_LISTED: usize = 40;
 
 /// A reader that stops early, such as `head`, is no mistake of ours.
-fn print(text: &str) -> Result<(), String> {
+pub fn print(text: &str) -> Result<(), String> {
     match std::io::stdout().write_all(text.as_bytes()) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(format!("error: cannot print: {error}")),
         _ => Ok(()),

@@ -2,6 +2,7 @@
 
 mod design;
 mod report;
+mod simulate;
 
 use clap::{Parser, Subcommand};
 
@@ -21,6 +22,7 @@ pub struct CommandLine {
 #[derive(Subcommand)]
 enum Command {
     Report(report::Arguments),
+    Simulate(simulate::Arguments),
 }
 
 impl CommandLine {
@@ -41,6 +43,7 @@ impl Command {
     fn run(self) -> Result<(), String> {
         match self {
             Self::Report(arguments) => report::run(&arguments),
+            Self::Simulate(arguments) => simulate::run_simulation(&arguments),
         }
     }
 }

@@ -11,14 +11,15 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// What the file system reports, with the path; then no file has been written or changed under its final name,
 /// unless a rename itself failed half way through.
-pub fn write_all(files: &[(PathBuf, &str)]) -> io::Result<Vec<bool>> {
+pub fn write_all<T: AsRef<[u8]>>(files: &[(PathBuf, T)]) -> io::Result<Vec<bool>> {
     let mut staged = Staged::default();
     let mut changed = Vec::new();
     if let Some((path, _)) = files.iter().find(|(path, _)| path.is_dir()) {
         return Err(with_path(io::ErrorKind::IsADirectory.into(), path));
     }
     for (path, text) in files {
-        let changes = fs::read(path).ok().as_deref() != Some(text.as_bytes());
+        let text = text.as_ref();
+        let changes = fs::read(path).ok().as_deref() != Some(text);
         if changes {
             staged.add(path, text).map_err(|error| with_path(error, path))?;
         }
@@ -33,7 +34,7 @@ pub fn write_all(files: &[(PathBuf, &str)]) -> io::Result<Vec<bool>> {
 struct Staged(Vec<(PathBuf, PathBuf)>);
 
 impl Staged {
-    fn add(&mut self, path: &Path, text: &str) -> io::Result<()> {
+    fn add(&mut self, path: &Path, text: &[u8]) -> io::Result<()> {
         fs::create_dir_all(path.parent().unwrap_or(Path::new("")))?;
         let mut name = path.file_name().unwrap_or_default().to_owned();
         // Two runs at the same time must not write into one temporary file.

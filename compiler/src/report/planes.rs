@@ -18,12 +18,22 @@ use crate::sizing::SubsystemSizing;
 /// Sets in the plane of two signals.
 #[derive(Debug, Clone)]
 pub struct Plane {
+    pub of: Family,
     /// With units, horizontal first.
     pub names: [String; 2],
     /// What the frame shows of both.
     pub ranges: [Point; 2],
     /// Larger ones first, as they are drawn over each other.
     pub shapes: Vec<Shape>,
+}
+
+/// What a plane's signals are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Family {
+    States,
+    Inputs,
+    Outputs,
+    CouplingOutputs,
 }
 
 /// One set.
@@ -97,10 +107,10 @@ pub fn states(design: &Design, steady: &SteadyStates, i: usize, axes: [usize; 2]
     let at_rest = AtRest::new(design, axes.map(|k| steady.state(design, i, k)));
     let names = axes.map(|k| label(&s.states[k]));
     let limits = [&plain(&s.X), &sized.X_nom];
-    let (places, errors) = (Placed { design, i, of_limits: &map, of_errors: &map, at_rest, limits }).plane(names.clone());
+    let (places, errors) = (Placed { design, i, of_limits: &map, of_errors: &map, at_rest, limits }).plane(Family::States, names.clone());
     let ranges = errors.map(|range| padded(range, 0.12));
     let shapes = deviations(sized, &map, widths(ranges));
-    StatePlanes { places, errors: Plane { names, ranges, shapes } }
+    StatePlanes { places, errors: Plane { of: Family::States, names, ranges, shapes } }
 }
 
 /// The sets over two inputs: U_i, Uhat_i, the inputs at rest, and what K_i makes of Sigma_i and E_i.
@@ -110,7 +120,7 @@ pub fn inputs(design: &Design, steady: &SteadyStates, i: usize, axes: [usize; 2]
     let at_rest = AtRest::new(design, axes.map(|k| steady.input(design, i, k)));
     let limits = [&plain(&s.U), &sized.U_nom];
     let placed = Placed { design, i, of_limits: &selection(s.m(), axes), of_errors: &K, at_rest, limits };
-    placed.plane(axes.map(|k| label(&s.inputs[k]))).0
+    placed.plane(Family::Inputs, axes.map(|k| label(&s.inputs[k]))).0
 }
 
 /// The sets over two outputs: C_i X_i, C_i Xhat_i and Y_i.
@@ -125,7 +135,7 @@ pub fn outputs(design: &Design, i: usize, axes: [usize; 2]) -> Plane {
         Shape::cut(Kind::Tightened, &sized.X_nom, &C, ranges),
         Shape::whole(Kind::SetPoints, Some(rectangle(Y))),
     ];
-    Plane { names: axes.map(|k| label(&s.outputs[k])), ranges, shapes }
+    Plane { of: Family::Outputs, names: axes.map(|k| label(&s.outputs[k])), ranges, shapes }
 }
 
 /// The sets over two coupling outputs: Z_i, Delta_i^z, and what C_zi + D_zi K_i makes of E_i and Sigma_i.
@@ -142,7 +152,7 @@ pub fn coupling_outputs(design: &Design, i: usize, axes: [usize; 2]) -> Plane {
         Shape::whole(Kind::Reserve, Some(symmetric(&sized.dz))),
         Shape::whole(Kind::Terminal, image(&sized.Sigma)),
     ];
-    Plane { names: axes.map(|k| s.coupling_outputs[k].clone()), ranges, shapes }
+    Plane { of: Family::CouplingOutputs, names: axes.map(|k| s.coupling_outputs[k].clone()), ranges, shapes }
 }
 
 /// States or inputs: limits, places at rest, and deviations from them.
@@ -159,7 +169,7 @@ struct Placed<'a> {
 
 impl Placed<'_> {
     /// The plane, and how far deviations reach in it.
-    fn plane(&self, names: [String; 2]) -> (Plane, [Point; 2]) {
+    fn plane(&self, of: Family, names: [String; 2]) -> (Plane, [Point; 2]) {
         let sized = &self.design.sizing.subsystems[self.i];
         let errors = [0, 1].map(|a| reach(sized, &self.of_errors.row(a).transpose()));
         let inner = [0, 1].map(|a| wider(errors[a], self.at_rest.as_ref().map(|rest| rest.range(a))));
@@ -169,7 +179,7 @@ impl Placed<'_> {
         let limits = kinds.map(|(kind, set)| Shape::cut(kind, set, self.of_limits, ranges));
         let rest = self.at_rest.iter().map(|rest| Shape::whole(Kind::SteadyStates, rest.outline(widths(ranges))));
         let errors_drawn = deviations(sized, self.of_errors, widths(ranges));
-        (Plane { names, ranges, shapes: limits.chain(rest).chain(errors_drawn).collect() }, errors)
+        (Plane { of, names, ranges, shapes: limits.chain(rest).chain(errors_drawn).collect() }, errors)
     }
 }
 

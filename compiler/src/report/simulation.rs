@@ -148,13 +148,15 @@ impl<'a> Drawing<'a> {
                 }
                 @for load in &track.loads { (self.chart(load, &[line("d", "loads", load, true)], "bounds", i)) }
                 (self.strip(track))
-                (caption())
-                ul.legend {
-                    li { span.swatch.steady {} "output y, in the band Y of set-points that can be reached " (eq("(31)")) }
-                    li { span.swatch.goal {} "set-point" }
-                    li { span.swatch.moving {} "references ỹ, ũ, x̃ " (eq("(7), (29)")) }
-                    li { span.swatch.tube {} "input u " (eq("(38)")) " between its limits U" }
-                    li { span.swatch.disturbances {} "states x between their limits X" }
+                figcaption {
+                    output.readout { "Point into a chart." }
+                    ul.legend {
+                        li { span.swatch.steady {} "output y, in the band Y of set-points that can be reached " (eq("(31)")) }
+                        li { span.swatch.goal {} "set-point" }
+                        li { span.swatch.moving {} "references ỹ, ũ, x̃ " (eq("(7), (29)")) }
+                        li { span.swatch.tube {} "input u " (eq("(38)")) " between its limits U" }
+                        li { span.swatch.disturbances {} "states x between their limits X" }
+                    }
                 }
             }
             details {

@@ -66,8 +66,8 @@ fn widths(report: &Report) -> Markup {
 
 /// Where no design exists beyond the curve.
 fn open_end(report: &Report) -> String {
-    let lost = report.speed.iter().find(|point| point.Y.is_none());
-    lost.map_or(String::new(), |point| format!("At ε = {} there is no design any more.", short(point.epsilon)))
+    let last = report.speed.iter().rev().find(|point| point.Y.is_some());
+    last.map_or(String::new(), |point| format!("Beyond about ε = {} there is no design.", short(point.epsilon)))
 }
 
 fn ends(report: &Report, i: usize, k: usize) -> Markup {

@@ -1,4 +1,5 @@
 //! States and inputs at rest, as rows over the outputs of the network: (9).
+
 use nalgebra::DMatrix;
 
 use crate::design::Design;

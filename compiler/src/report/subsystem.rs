@@ -6,7 +6,7 @@ use super::Report;
 use super::budget::{self, Budget, Part, Side};
 use super::equations::eq;
 use super::frame::{Frame, place};
-use super::planes::{self, Kind, Plane, Shape};
+use super::planes::{self, Family, Kind, Plane, Shape};
 use super::steady::SteadyStates;
 use super::words::{clipped, counted, label, measured};
 use crate::network::{Signal, Subsystem};
@@ -23,6 +23,15 @@ pub fn section(report: &Report) -> Markup {
     html! {
         section id="subsystems" {
             h2 { "Subsystems" }
+            p {
+                "A bar is the range of an input or a bounded state. From 0 outwards, each bound gives it away in parts that sum to it: the largest value "
+                "at rest for any set-points in Y, the support of Δᵡ, what measured loads add to references, the support of Σ (through K for inputs), and "
+                "the tube ℰ (likewise), which is what the tightening X̂ = X ⊖ ℰ, Û = U ⊖ Kℰ takes, split by what acts on it."
+            }
+            p {
+                "A plane shows projections of sets, by their own vertices, which support functions find: outlines are exact to a 2000th of the frame. "
+                "Σ and ℰ are about 0: they are what may be added to a reference and to a plan."
+            }
             @for (i, s) in parts.iter().enumerate() {
                 details.subsystem id=(format!("s-{i}")) open[parts.len() <= MOST_OPEN] {
                     summary { h3 { (s.name) } span.note { (in_short(report, i)) } }
@@ -89,17 +98,40 @@ fn pair_name(signals: &[Signal], axes: [usize; 2]) -> String {
 }
 
 impl Kind {
-    /// Class in the style sheet, symbol, meaning, equations.
-    fn words(self) -> (&'static str, &'static str, &'static str, &'static str) {
+    /// Class in the style sheet, meaning, equations.
+    fn words(self) -> (&'static str, &'static str, &'static str) {
         match self {
-            Self::Limits => ("limits", "X, U", "limits as given", ""),
-            Self::Tightened => ("tightened", "X̂, Û", "what is left for plans", "(35c), (35d)"),
-            Self::SteadyStates => ("steady", "∏Y", "at rest, for all set-points of the network", "(9), (25b)"),
-            Self::Tube => ("tube", "ℰ", "off the plan: neighbours and disturbances", "(18), (35a)"),
-            Self::Terminal => ("terminal", "Σ", "off the reference where a plan ends", "(24), (36)"),
-            Self::SetPoints => ("steady", "Y", "set-points that can be reached", "(25b), (31)"),
-            Self::Contract => ("contract", "Z", "z − z̃, what neighbours reckon with", "(21)"),
-            Self::Reserve => ("reserve", "Δᶻ", "ẑ − z̃, what a plan may be off", "(22), (35b)"),
+            Self::Limits => ("limits", "limits as given", ""),
+            Self::Tightened => ("tightened", "what is left for plans", "(35c), (35d)"),
+            Self::SteadyStates => ("steady", "at rest, for all set-points of the network", "(9), (25b)"),
+            Self::Tube => ("tube", "off the plan: neighbours and disturbances", "(18), (35a)"),
+            Self::Terminal => ("terminal", "off the reference where a plan ends", "(24), (36)"),
+            Self::SetPoints => ("steady", "set-points that can be reached", "(25b), (31)"),
+            Self::Contract => ("contract", "z − z̃, what neighbours reckon with", "(21)"),
+            Self::Reserve => ("reserve", "ẑ − z̃, what a plan may be off", "(22), (35b)"),
+        }
+    }
+
+    /// As it is seen over these signals.
+    fn symbol(self, of: Family) -> &'static str {
+        match (self, of) {
+            (Self::Limits, Family::Inputs) => "U",
+            (Self::Limits, Family::Outputs) => "CX",
+            (Self::Limits, _) => "X",
+            (Self::Tightened, Family::Inputs) => "Û",
+            (Self::Tightened, Family::Outputs) => "CX̂",
+            (Self::Tightened, _) => "X̂",
+            (Self::SteadyStates, Family::Inputs) => "ũ(Y)",
+            (Self::SteadyStates, _) => "x̃(Y)",
+            (Self::Tube, Family::States) => "ℰ",
+            (Self::Tube, Family::Inputs) => "Kℰ",
+            (Self::Tube, _) => "(C_z + D_zK)ℰ",
+            (Self::Terminal, Family::States) => "Σ",
+            (Self::Terminal, Family::Inputs) => "KΣ",
+            (Self::Terminal, _) => "(C_z + D_zK)Σ",
+            (Self::SetPoints, _) => "Y",
+            (Self::Contract, _) => "Z",
+            (Self::Reserve, _) => "Δᶻ",
         }
     }
 }
@@ -115,7 +147,7 @@ fn plane(plane: &Plane, title: &str, more: bool) -> Markup {
         figure.plane {
             svg.plot viewBox="0 0 404 312" data-frame=(frame.data()) data-kind="plane" data-x=(x) data-y=(y) tabindex="0" role="group" aria-label=(format!("{title}: {x}, {y}")) {
                 (frame.axes(&clipped(x, 44), &clipped(y, 34)))
-                @for shape in &plane.shapes { (drawn(&frame, shape)) }
+                @for shape in &plane.shapes { (drawn(&frame, plane.of, shape)) }
                 (origin(&frame))
                 g.cross {}
             }
@@ -129,8 +161,8 @@ fn plane(plane: &Plane, title: &str, more: bool) -> Markup {
     }
 }
 
-fn drawn(frame: &Frame, shape: &Shape) -> Markup {
-    let (class, symbol, meaning, _) = shape.kind.words();
+fn drawn(frame: &Frame, of: Family, shape: &Shape) -> Markup {
+    let ((class, meaning, _), symbol) = (shape.kind.words(), shape.kind.symbol(of));
     let Some(outline) = &shape.outline else { return html! {} };
     html! {
         polygon.shape.(class) points=(frame.points(&outline.vertices)) data-set=(symbol) { title { (symbol) ": " (meaning) } }
@@ -152,10 +184,10 @@ fn origin(frame: &Frame) -> Markup {
 }
 
 fn entry(plane: &Plane, shape: &Shape) -> Markup {
-    let (class, symbol, meaning, equations) = shape.kind.words();
+    let (class, meaning, equations) = shape.kind.words();
     html! {
         li {
-            span.swatch.(class) {} b { (symbol) } " " (meaning) " " (eq(equations))
+            span.swatch.(class) {} b { (shape.kind.symbol(plane.of)) } " " (meaning) " " (eq(equations))
             @if shape.is_cut { em { " goes on beyond the frame" } }
             @else if shape.outline.is_none() { em { " not found" } }
             @else if plane.hides(shape) { em { " a point at this scale" } }
@@ -198,11 +230,6 @@ fn ranges(design: &crate::design::Design, i: usize) -> Markup {
                 output.readout { "Point at a part of a bar." }
                 ul.legend {
                     @for part in used { @let (class, name, equations) = part.words(); li { span.swatch.(class) {} (name) " " (eq(equations)) } }
-                }
-                p {
-                    "From 0 outwards, each bound gives its range away in parts that sum to it: the largest value at rest for any set-points in Y, "
-                    "the support of Δᵡ, what loads add to references, the support of Σ (through K for inputs), and the tube ℰ (likewise), which is "
-                    "what the tightening X̂ = X ⊖ ℰ, Û = U ⊖ Kℰ takes, split by what acts on it."
                 }
             }
         }

@@ -21,24 +21,39 @@ pub struct SpeedPoint {
 }
 
 impl Sizing {
-    /// Points at `count` values of epsilon that are spread up to the largest one that leaves any set-point, and at the design's.
+    /// Points at `count` values of epsilon that are spread up to about the largest one for which there is a design, and at the design's.
     /// None in a large network, whose programs take too long.
     pub fn against_epsilon(&self, network: &Network, gains: &Gains, sets: &Sets, count: usize) -> Vec<SpeedPoint> {
         let context = Context { network, gains, sets };
         if context.is_large() {
             return Vec::new();
         }
-        let Some(largest) = context.largest_epsilon() else { return Vec::new() };
-        let spread_out = (0..count).map(|k| largest * (k as f64 + 0.1) / (count as f64 - 0.85));
+        let largest = context.largest_epsilon(self.epsilon);
+        let least = 0.02 * largest;
+        let step = (largest - least) / (count.max(2) - 1) as f64;
+        let spread_out = (0..count).map(|k| least + k as f64 * step);
         let mut epsilons: Vec<f64> = spread_out.chain([self.epsilon]).collect();
         epsilons.sort_by(f64::total_cmp);
         spread(epsilons.len(), |k| context.at_epsilon(epsilons[k]))
     }
 }
 
+/// Halvings of the interval that holds the largest epsilon; it is known to some percent of the interval then.
+const HALVINGS: usize = 6;
+
 impl Context<'_> {
-    /// With reserve, cover and margins dropped.
-    fn largest_epsilon(&self) -> Option<f64> {
+    /// Near the largest epsilon for which there is a design; there is one at `known`.
+    fn largest_epsilon(&self, known: f64) -> f64 {
+        let (mut low, mut high) = (known, self.beyond().unwrap_or(known).max(known));
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if self.at_epsilon(middle).Y.is_some() { low = middle } else { high = middle }
+        }
+        low
+    }
+
+    /// The largest epsilon that leaves any set-point, with reserve, cover and margins dropped.
+    fn beyond(&self) -> Option<f64> {
         let program = Program::new(self, self.nominal_proofs().ok()?, &Asks { goal: Goal::Epsilon, ..Asks::default() });
         match program.solve() {
             Answer::Point(point) => Some(program.epsilon(&point)).filter(|epsilon| epsilon.is_finite()),
