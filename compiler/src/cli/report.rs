@@ -19,7 +19,8 @@ pub struct Arguments {
     /// The page [default: <name of the network>.html]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// What is simulated (TOML), as of `simulate` [default: set-points visit the ends of Y in turn]
+    /// What is simulated (TOML), as of `simulate` [default: set-points visit the ends of Y in turn; nothing where constraints change
+    /// while running, since a scenario has to say how]
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
     /// Leave the simulation out, for which the controllers would be compiled
@@ -51,11 +52,20 @@ pub fn run(arguments: &Arguments) -> Result<(), String> {
 impl Arguments {
     /// The design, and what happened in the simulation where there is to be one.
     fn performed(&self, source: &Source) -> Result<(Design, Emitted, Option<History>), String> {
-        if self.no_simulation {
+        let design = |source: &Source| {
             let design = Design::new(source.clone());
-            let design = design.map_err(|mistakes| mistakes.render(source, std::io::stderr().is_terminal()))?;
-            let emitted = Emitted::new(&design);
-            return Ok((design, emitted, None));
+            design.map_err(|mistakes| mistakes.render(source, std::io::stderr().is_terminal()))
+        };
+        if self.scenario.is_none() {
+            let design = design(source)?;
+            let undecided = !design.network.changing_constraints.is_empty();
+            if undecided && !self.no_simulation {
+                eprintln!("note: nothing is simulated: constraints change while running, and only a --scenario says how");
+            }
+            if undecided || self.no_simulation {
+                let emitted = Emitted::new(&design);
+                return Ok((design, emitted, None));
+            }
         }
         let asked = super::simulate::Arguments {
             file: self.file.clone(),

@@ -52,7 +52,7 @@ fn mean_width<'a>(Y: impl Iterator<Item = &'a Intervals>) -> f64 {
 
 fn widths(report: &Report) -> Markup {
     let here = mean_width(report.design.sizing.subsystems.iter().map(|s| &s.Y));
-    let of = |point: &SpeedPoint| point.Y.as_ref().map(|Y| [point.epsilon, mean_width(Y.iter()) / here]);
+    let of = |point: &SpeedPoint| point.sizes.as_ref().map(|found| [point.epsilon, mean_width(found.Y.iter()) / here]);
     let curve: Vec<[f64; 2]> = report.speed.iter().filter_map(of).collect();
     let chart = Chart {
         title: "Width of Y against ε",
@@ -66,14 +66,14 @@ fn widths(report: &Report) -> Markup {
 
 /// Where no design exists beyond the curve.
 fn open_end(report: &Report) -> String {
-    let last = report.speed.iter().rev().find(|point| point.Y.is_some());
+    let last = report.speed.iter().rev().find(|point| point.sizes.is_some());
     last.map_or(String::new(), |point| format!("Beyond about ε = {} there is no design.", short(point.epsilon)))
 }
 
 fn ends(report: &Report, i: usize, k: usize) -> Markup {
     let s = &report.design.network.subsystems[i];
     let of = |end: fn(&Intervals) -> &nalgebra::DVector<f64>| -> Vec<[f64; 2]> {
-        let point = |point: &SpeedPoint| point.Y.as_ref().map(|Y| [point.epsilon, end(&Y[i])[k]]);
+        let point = |point: &SpeedPoint| point.sizes.as_ref().map(|found| [point.epsilon, end(&found.Y[i])[k]]);
         report.speed.iter().filter_map(point).collect()
     };
     let Y = &report.design.sizing.subsystems[i].Y;
