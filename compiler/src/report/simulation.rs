@@ -140,11 +140,11 @@ impl<'a> Drawing<'a> {
             figure.charts-over-time {
                 @for k in 0..track.outputs.len() {
                     (self.chart(&track.outputs[k], &[
-                        line("y", "steady", &track.outputs[k], false), line("set-point", "goal", &track.set_points[k], true), line("ỹ", "moving", &track.y_ref[k], true),
+                        line("ỹ", "moving", &track.y_ref[k], true), line("set-point", "goal", &track.set_points[k], true), line("y", "steady", &track.outputs[k], false),
                     ], "Y", i))
                 }
                 @for k in 0..track.inputs.len() {
-                    (self.chart(&track.inputs[k], &[line("u", "tube", &track.inputs[k], true), line("ũ", "moving", &track.u_ref[k], true)], "U", i))
+                    (self.chart(&track.inputs[k], &[line("ũ", "moving", &track.u_ref[k], true), line("u", "tube", &track.inputs[k], true)], "U", i))
                 }
                 @for load in &track.loads { (self.chart(load, &[line("d", "loads", load, true)], "bounds", i)) }
                 (self.strip(track))
@@ -153,9 +153,8 @@ impl<'a> Drawing<'a> {
                     ul.legend {
                         li { span.swatch.steady {} "output y, in the band Y of set-points that can be reached " (eq("(31)")) }
                         li { span.swatch.goal {} "set-point" }
-                        li { span.swatch.moving {} "references ỹ, ũ, x̃ " (eq("(7), (29)")) }
+                        li { span.swatch.moving {} "references ỹ, ũ " (eq("(7), (29)")) }
                         li { span.swatch.tube {} "input u " (eq("(38)")) " between its limits U" }
-                        li { span.swatch.disturbances {} "states x between their limits X" }
                     }
                 }
             }
@@ -163,9 +162,15 @@ impl<'a> Drawing<'a> {
                 summary { "States" }
                 figure.charts-over-time {
                     @for k in 0..track.states.len() {
-                        (self.chart(&track.states[k], &[line("x", "disturbances", &track.states[k], false), line("x̃", "moving", &track.x_ref[k], false)], "X", i))
+                        (self.chart(&track.states[k], &[line("x̃", "moving", &track.x_ref[k], false), line("x", "disturbances", &track.states[k], false)], "X", i))
                     }
-                    (caption())
+                    figcaption {
+                        output.readout { "Point into a chart." }
+                        ul.legend {
+                            li { span.swatch.disturbances {} "state x between its limits X" }
+                            li { span.swatch.moving {} "reference x̃ " (eq("(7)")) }
+                        }
+                    }
                 }
             }
         }
@@ -197,8 +202,8 @@ impl<'a> Drawing<'a> {
 
     fn points(&self, line: &Line) -> Vec<[f64; 2]> {
         let pairs: Vec<[f64; 2]> = self.history.time.iter().zip(line.values).map(|(t, v)| [*t, *v]).collect();
-        let shown = thinned(&pairs, self.most);
-        if line.held { held(&shown, self.history.end()) } else { shown }
+        let pairs = if line.held { held(&pairs, self.history.end()) } else { pairs };
+        thinned(&pairs, self.most)
     }
 
     /// Around the curves, and around limits that are not far from them.

@@ -35,7 +35,7 @@ impl Format {
     pub fn bytes(self, history: &History) -> Result<Vec<u8>, String> {
         match self {
             Self::Csv => csv(history).map_err(|error| error.to_string()),
-            Self::Json => serde_json::to_vec_pretty(history).map_err(|error| error.to_string()),
+            Self::Json => serde_json::to_vec(history).map_err(|error| error.to_string()),
             Self::Npz => npz(history).map_err(|error| error.to_string()),
         }
     }

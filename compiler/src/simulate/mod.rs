@@ -27,6 +27,7 @@ mod random;
 mod recorder;
 mod run;
 mod scenario;
+mod separation;
 mod settling;
 mod shared;
 mod summary;

@@ -92,7 +92,9 @@ impl<'a> Recorder<'a> {
         let fixed =
             network.coupling_constraints.iter().map(|c| c.l - c.H.iter().map(|(j, row)| row.dot(&y[*j])).sum::<f64>());
         let changing = zip(&network.changing_constraints, &self.scenario.rules).map(|(c, rule)| match rule {
-            Rule::Apart { distance } => (&y[c.members[0]] - &y[c.members[1]]).norm() - distance,
+            Rule::Apart { distance } | Rule::Tangent { distance, .. } => {
+                (&y[c.members[0]] - &y[c.members[1]]).norm() - distance
+            }
             Rule::Beyond { normal, bound } => DVector::from_column_slice(normal).dot(&y[c.members[0]]) - bound,
         });
         fixed.chain(changing).collect()
@@ -317,7 +319,7 @@ fn couplings(design: &Design, scenario: &Scenario) -> Vec<CouplingTrack> {
         network.coupling_constraints.iter().map(|c| track(&c.name, &c.H.keys().copied().collect::<Vec<_>>(), c.l));
     let changing = zip(&network.changing_constraints, &scenario.rules).map(|(c, rule)| {
         let limit = match rule {
-            Rule::Apart { distance } => *distance,
+            Rule::Apart { distance } | Rule::Tangent { distance, .. } => *distance,
             Rule::Beyond { bound, .. } => *bound,
         };
         track(&c.name, &c.members, limit)

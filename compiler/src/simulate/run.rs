@@ -4,11 +4,12 @@ use std::iter::zip;
 
 use nalgebra::DVector;
 
-use super::controllers::{Answer, Controller, Controllers, Given, HalfSpace, Sent};
+use super::controllers::{Answer, Controller, Controllers, Given, Sent};
 use super::history::{Event, EventKind, History};
 use super::plant::Plant;
 use super::recorder::{Recorder, Sample};
-use super::scenario::{Fate, Jump, Rule, Scenario, Start};
+use super::scenario::{Fate, Jump, Scenario, Start};
+use super::separation::separation;
 use crate::design::Design;
 use crate::emit::hears;
 use crate::network::Network;
@@ -131,8 +132,9 @@ impl<'a> ClosedLoop<'a> {
     fn redraw(&mut self) {
         let mut rows = vec![0; self.nodes.len()];
         for (constraint, rule) in zip(&self.design.network.changing_constraints, &self.scenario.rules) {
+            let line = separation(self.design, rule, &constraint.members, &self.newest);
             for &i in &constraint.members {
-                if let Some(row) = drawn(rule, &constraint.members, i, &self.newest) {
+                if let Some(row) = line.as_ref().and_then(|line| line.seen_by(i, &constraint.members)) {
                     // What becomes of a row that is refused, the status of the step says.
                     let _ = self.nodes[i].redraw(rows[i], &row);
                 }
@@ -220,27 +222,6 @@ fn first_loads(start: &Start) -> Vec<Vec<f64>> {
         Start::Rest { loads, .. } => loads,
     };
     loads.iter().map(|d| d.as_slice().to_vec()).collect()
-}
-
-/// The row as member `i` sees it; `None` where the rule gives none.
-fn drawn(rule: &Rule, members: &[usize], i: usize, newest: &[Vec<f64>]) -> Option<HalfSpace> {
-    match (rule, members) {
-        (Rule::Apart { distance }, [first, second]) => {
-            let line: Vec<f64> = zip(&newest[*first], &newest[*second]).map(|(a, b)| a - b).collect();
-            let length = line.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
-            let normal: Vec<f64> = line.iter().map(|entry| entry / length).collect();
-            let opposite: Vec<f64> = normal.iter().map(|entry| -entry).collect();
-            // normal . (y_first - y_second) >= distance
-            let (own, other, theirs) =
-                if i == *first { (opposite, *second, normal) } else { (normal, *first, opposite) };
-            (length > 0.0).then(|| HalfSpace { own, others: vec![(other, theirs)], l: -distance })
-        }
-        (Rule::Beyond { normal, bound }, _) => {
-            let own = normal.iter().map(|entry| -entry).collect();
-            Some(HalfSpace { own, others: Vec::new(), l: -bound })
-        }
-        (Rule::Apart { .. }, _) => None,
-    }
 }
 
 /// In what an effective disturbance and a measurement error leave what the design assumes; `size` is that of the numbers that w is a

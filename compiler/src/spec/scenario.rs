@@ -131,6 +131,8 @@ pub struct Rule {
     pub constraint: Option<At<String>>,
     pub kind: At<RuleKind>,
     pub distance: Option<At<f64>>,
+    /// How much of the room there is a tangent leaves to both, 0 to 1.
+    pub share: Option<At<f64>>,
     pub normal: Option<Row>,
     pub bound: Option<At<f64>>,
 }
@@ -139,6 +141,8 @@ pub struct Rule {
 pub enum RuleKind {
     /// Normal to the line of centres: the outputs of two stay `distance` apart.
     Apart,
+    /// The same, along the line that touches what the other covers: the paper's rule. Only for two outputs.
+    Tangent,
     /// `normal . y >= bound`, over the outputs of the one member.
     Beyond,
 }
@@ -369,23 +373,25 @@ fn rule(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Rule> {
     let mut table = Table::of(value.what.clone(), value, errors)?;
     let constraint = table.optional("constraint", errors, text);
     let kind = table.required("kind", errors, rule_kind)?;
-    let is_apart = kind.value == RuleKind::Apart;
+    let is_apart = kind.value != RuleKind::Beyond;
     let distance = is_apart.then(|| table.required("distance", errors, finite)).flatten();
+    let share = (kind.value == RuleKind::Tangent).then(|| table.optional("share", errors, finite)).flatten();
     let normal = (!is_apart).then(|| table.required("normal", errors, row)).flatten();
     let bound = (!is_apart).then(|| table.required("bound", errors, finite)).flatten();
     table.refuse_unknown(errors);
-    Some(Rule { place: table.place(), constraint, kind, distance, normal, bound })
+    Some(Rule { place: table.place(), constraint, kind, distance, share, normal, bound })
 }
 
 fn rule_kind(value: &Value<'_>, errors: &mut Diagnostics) -> Option<At<RuleKind>> {
     let written = text(value, errors)?;
     let kind = match &*written.value {
         "apart" => RuleKind::Apart,
+        "tangent" => RuleKind::Tangent,
         "beyond" => RuleKind::Beyond,
         other => {
             let error = unknown_choice(format!("there is no rule \"{other}\""), written.place);
             errors.push(error.help(
-                "write kind = \"apart\" with a `distance` that two subsystems keep, or kind = \"beyond\" with `normal` and `bound`: normal . y >= bound",
+                "write kind = \"apart\" or \"tangent\" with a `distance` that two subsystems keep, or kind = \"beyond\" with `normal` and `bound`: normal . y >= bound",
             ));
             return None;
         }

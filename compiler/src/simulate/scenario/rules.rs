@@ -11,9 +11,15 @@ pub enum Rule {
     /// normal . (y_first - y_second) >= distance with the normal along the line of centres; first and second in the order of the
     /// network. The true outputs then stay at least `distance` apart, in their unit.
     Apart { distance: f64 },
+    /// The same with the normal of the line that touches what the other covers, turned counter-clockwise, so that two pass each other:
+    /// the paper's Section V. `share` of the room there is is left to both; 0 is the paper's rule to the letter. Two outputs each.
+    Tangent { distance: f64, share: f64 },
     /// normal . y >= bound, over the outputs of the one member.
     Beyond { normal: Vec<f64>, bound: f64 },
 }
+
+/// Keeping a fifth of the room is what lets most robots past each other.
+const SHARE: f64 = 0.2;
 
 /// One per changing constraint; what is missing or does not fit is said.
 pub fn of(given: &written::Scenario, network: &Network, errors: &mut Diagnostics) -> Vec<Rule> {
@@ -77,18 +83,27 @@ fn one(
     };
     match (rule.kind.value, &outputs[..]) {
         (RuleKind::Apart, [first, second]) if first == second => {
-            let distance = rule.distance.as_ref()?;
-            if distance.value <= 0.0 {
-                errors.push(super::out_of_range("a distance is positive", distance, "expected more than 0"));
+            distance(rule, errors).map(|distance| Rule::Apart { distance })
+        }
+        (RuleKind::Tangent, [2, 2]) => {
+            let share = rule.share.as_ref().map_or(SHARE, |share| share.value);
+            if let Some(given) = rule.share.as_ref().filter(|share| !(0.0..=1.0).contains(&share.value)) {
+                errors.push(super::out_of_range("this is no share", given, "expected 0 to 1"));
                 return None;
             }
-            Some(Rule::Apart { distance: distance.value })
+            distance(rule, errors).map(|distance| Rule::Tangent { distance, share })
+        }
+        (RuleKind::Tangent, [first, second]) => {
+            errors.push(refuse(format!(
+                "its members have {first} and {second} outputs, expected two each: a point in the plane"
+            )));
+            None
         }
         (RuleKind::Apart, [first, second]) => {
             errors.push(refuse(format!("its members have {first} and {second} outputs, expected as many")));
             None
         }
-        (RuleKind::Apart, members) => {
+        (RuleKind::Apart | RuleKind::Tangent, members) => {
             errors.push(refuse(format!("it is between {} subsystems, expected two", members.len())));
             None
         }
@@ -105,4 +120,13 @@ fn one(
             None
         }
     }
+}
+
+fn distance(rule: &written::Rule, errors: &mut Diagnostics) -> Option<f64> {
+    let distance = rule.distance.as_ref()?;
+    if distance.value <= 0.0 {
+        errors.push(super::out_of_range("a distance is positive", distance, "expected more than 0"));
+        return None;
+    }
+    Some(distance.value)
 }
