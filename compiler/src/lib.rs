@@ -66,6 +66,8 @@ pub mod network;
 pub mod notices;
 pub mod optim;
 pub mod problems;
+#[cfg(feature = "report")]
+pub mod report;
 pub mod rounding;
 #[cfg(feature = "cli")]
 pub mod scaffold;

@@ -687,6 +687,17 @@ fn small_gain_fails(network: &Network, S: &Sparse, z: &[usize], rho: f64) -> Dia
         .help("weaken the loop: gains that reject what these neighbours send (a larger Q on the states they act on, in `gain-weights`), or merge the subsystems of the loop into one")
 }
 
+/// The loop of subsystems that carries the small-gain radius; each is acted on most by the next one. Without a loop the
+/// subsystem that is acted on most.
+pub fn critical_loop(network: &Network, sets: &Sets) -> Vec<usize> {
+    strongest_loop(&sets.small_gain, &owners(network))
+}
+
+/// Largest entry of S_ij: what subsystem j may do to i, relative to its own coupling outputs.
+pub fn link_gain(network: &Network, sets: &Sets, i: usize, j: usize) -> f64 {
+    block_gain(&sets.small_gain, &z_starts(network), i, j)
+}
+
 fn owners(network: &Network) -> Vec<usize> {
     network.subsystems.iter().enumerate().flat_map(|(i, s)| std::iter::repeat_n(i, s.nz())).collect()
 }

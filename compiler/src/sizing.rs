@@ -23,6 +23,7 @@ mod diagnose;
 mod ends;
 mod program;
 mod settle;
+mod speed;
 mod verify;
 
 use lapack_symbols::singular_values;
@@ -40,6 +41,7 @@ use program::{Asks, Goal, Program};
 
 pub use appraise::{Aim, Merit, Stage};
 pub use ends::{EndLimit, EndLimits, end_limits};
+pub use speed::{Sizes, SpeedPoint};
 
 /// After this point: (21), (22), (25a), (25b), (26), (26') where margins are stated, and (35a') where measurements err, hold
 /// with the recorded slack, which is never negative, and in single precision with what [`crate::rounding`] keeps back besides; no set is empty; and what changing constraints are charged is
@@ -209,7 +211,12 @@ impl Context<'_> {
 
     /// Alternates between the program and its multipliers until a round gains less than 1e-4 of the objective.
     fn optimise(&self, asks: &Asks, rounds: usize) -> Result<(Program, Vec<f64>), Failure> {
-        let (mut program, mut point) = self.first_point(asks, rounds)?;
+        let (program, point) = self.first_point(asks, rounds)?;
+        Ok(self.improved(program, point, asks, rounds))
+    }
+
+    /// The alternation from a point of the program on.
+    fn improved(&self, mut program: Program, mut point: Vec<f64>, asks: &Asks, rounds: usize) -> (Program, Vec<f64>) {
         for _ in 0..rounds {
             let better = self.better_proofs(&program, &point).filter(|proofs| *proofs != program.proofs);
             let Some(proofs) = better else { break };
@@ -224,7 +231,7 @@ impl Context<'_> {
                 break;
             }
         }
-        Ok((program, point))
+        (program, point)
     }
 
     /// Any point that grants what is asked. Where the nominal multipliers give none, better ones are looked for on the

@@ -173,7 +173,10 @@ pub fn definitions() -> [(&'static str, Value); 9] {
             }),
         ),
         ("interval", json!({ "type": "array", "items": number(), "minItems": 2, "maxItems": 2 })),
-        ("coefficients", json!({ "anyOf": [definition("row"), { "type": "object", "additionalProperties": number() }] })),
+        (
+            "coefficients",
+            json!({ "anyOf": [definition("row"), { "type": "object", "additionalProperties": number() }] }),
+        ),
     ]
 }
 

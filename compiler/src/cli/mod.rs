@@ -8,6 +8,7 @@ mod failure;
 mod new;
 mod output;
 mod progress;
+mod report;
 mod simulate;
 
 use clap::{Parser, Subcommand};
@@ -33,6 +34,7 @@ enum Command {
     Completions(completions::Arguments),
     /// Begins a crate: a plant to change, its controllers, and a closed loop of them
     New(new::Arguments),
+    Report(report::Arguments),
     Simulate(simulate::Arguments),
 }
 
@@ -59,7 +61,8 @@ impl CommandLine {
         match (&self.command, &self.design) {
             (Some(Command::Check(arguments)), _) => arguments.output.format,
             (Some(Command::Explain(arguments)), _) => arguments.format,
-            (Some(Command::Completions(_) | Command::New(_) | Command::Simulate(_)), _) | (None, None) => Format::Text,
+            (Some(Command::Completions(_) | Command::New(_) | Command::Report(_) | Command::Simulate(_)), _)
+            | (None, None) => Format::Text,
             (None, Some(arguments)) => arguments.output.format,
         }
     }
@@ -72,6 +75,7 @@ impl Command {
             Self::Explain(arguments) => explain::run(&arguments),
             Self::Completions(arguments) => completions::run(&arguments),
             Self::New(arguments) => new::run(&arguments).map_err(Failure::System),
+            Self::Report(arguments) => report::run(&arguments).map_err(Failure::Input),
             Self::Simulate(arguments) => simulate::run_simulation(&arguments).map_err(Failure::Input),
         }
     }

@@ -22,35 +22,30 @@ use indicatif::{ProgressBar, ProgressStyle};
 #[derive(Args)]
 pub struct Arguments {
     /// The network: model, constraints, weights (TOML)
-    file: PathBuf,
+    pub file: PathBuf,
     /// Set-points, disturbances, loads, messages, start (TOML) [default: set-points visit the ends of Y in turn]
     #[arg(long, value_name = "FILE")]
-    scenario: Option<PathBuf>,
+    pub scenario: Option<PathBuf>,
     /// Folder for tables and pictures [default: simulated/<name of the network>/<name of the scenario>]
     #[arg(long, value_name = "FOLDER")]
-    out: Option<PathBuf>,
+    pub out: Option<PathBuf>,
     /// Tables to write, separated by commas: csv, json, npz
     #[arg(long, value_name = "FORMATS", value_delimiter = ',', default_value = "csv,json,npz")]
-    format: Vec<Format>,
+    pub format: Vec<Format>,
     /// Leave out the pictures
     #[arg(long)]
-    no_plots: bool,
+    pub no_plots: bool,
     /// Random numbers other than those of the scenario's seed
     #[arg(long, value_name = "NUMBER")]
-    seed: Option<i64>,
+    pub seed: Option<i64>,
     /// Where compiled controllers are kept
     #[arg(long, value_name = "FOLDER")]
-    cache: Option<PathBuf>,
+    pub cache: Option<PathBuf>,
 }
 
 pub fn run_simulation(arguments: &Arguments) -> Result<(), String> {
     let source = build::read(&arguments.file)?;
-    let (design, scenario) = prepared(arguments, &source)?;
-    let emitted = Emitted::new(&design);
-    let cache = arguments.cache.clone().unwrap_or_else(Library::default_folder);
-    let library = built(&design, &emitted, &cache)?;
-    let mut controllers = Shared::load(&library, &design)?;
-    let history = simulated(&design, &scenario, &mut controllers)?;
+    let (design, _, history) = performed(arguments, &source)?;
     let findings = Findings::new(&history, &design);
     let written = write(arguments, &history)?;
     super::failure::say(&format!("{}\n{written}", Report { history: &history, findings: &findings }))
@@ -61,6 +56,17 @@ pub fn run_simulation(arguments: &Arguments) -> Result<(), String> {
             "error: {broken} constraints were violated although the guarantee was said to hold; please report it"
         )),
     }
+}
+
+/// The design, what was emitted of it, and what happened; nothing is written but to the cache.
+pub fn performed(arguments: &Arguments, source: &Source) -> Result<(Design, Emitted, History), String> {
+    let (design, scenario) = prepared(arguments, source)?;
+    let emitted = Emitted::new(&design);
+    let cache = arguments.cache.clone().unwrap_or_else(Library::default_folder);
+    let library = built(&design, &emitted, &cache)?;
+    let mut controllers = Shared::load(&library, &design)?;
+    let history = simulated(&design, &scenario, &mut controllers)?;
+    Ok((design, emitted, history))
 }
 
 /// The design, with a start-up plan where the scenario asks for one, and the scenario drawn out for it.
