@@ -104,8 +104,7 @@ impl<'a> Together<'a> {
 
     fn structs(&self) -> String {
         let nodes = self.each(|i, module| {
-            let loads =
-                if self.nodes[i].loads().is_empty() { "()".to_owned() } else { format!("super::{module}::Loads") };
+            let loads = if self.nodes[i].loads().is_empty() { "" } else { &format!(", super::{module}::Loads") };
             format!(
                 "        /// Of {}.\n        pub {module}: Node<super::{module}::Controller, super::{module}::Inbox, \
                  super::{module}::Message{loads}>,\n",
