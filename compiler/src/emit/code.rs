@@ -44,7 +44,7 @@ pub fn header(design: &Design, what: &str) -> String {
 }
 
 /// Name of the file the network was read from, without its folders: these differ between machines.
-fn source_file(design: &Design) -> String {
+pub fn source_file(design: &Design) -> String {
     file_name(&design.network.source.path)
 }
 
@@ -74,7 +74,7 @@ fn separate(items: Vec<TokenStream>) -> String {
 }
 
 /// What is made here is a list of items; a mistake in it is one of this module, found by its first test.
-fn formatted(items: Vec<TokenStream>) -> String {
+pub fn formatted(items: Vec<TokenStream>) -> String {
     let tokens: TokenStream = items.into_iter().collect();
     let text = tokens.to_string();
     let file = syn::parse2(tokens).unwrap_or_else(|error| unreachable!("{error} in {text}"));
@@ -389,7 +389,7 @@ pub fn runtime(node: &Node) -> TokenStream {
     }
 }
 
-fn real(node: &Node) -> Ident {
+pub fn real(node: &Node) -> Ident {
     format_ident!("{}", node.scalar().name())
 }
 
