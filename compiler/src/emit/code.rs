@@ -18,7 +18,12 @@ const RUNTIME: (u32, u32) = (0, 1);
 
 /// `//` lines: what made the file, out of which file, how to make it again. An inner doc comment could not be included.
 pub fn header(design: &Design, what: &str) -> String {
-    let (file, folder) = (source_file(design), super::package_folder(&design.network));
+    header_with(design, what, &format!("--out {}", super::package_folder(&design.network)))
+}
+
+/// With what the command that makes the file says besides the network's.
+pub fn header_with(design: &Design, what: &str, option: &str) -> String {
+    let file = source_file(design);
     let (major, minor) = RUNTIME;
     let effort =
         design.tuning.as_ref().map(|tuning| format!(" --effort {}", tuning.effort.level())).unwrap_or_default();
@@ -35,7 +40,7 @@ pub fn header(design: &Design, what: &str) -> String {
          //\n\
          // Written by dpc-codegen {} from {file}; do not edit. To make it again:\n\
          //\n\
-         //     dpc-codegen {file} --out {folder}{effort}{scalar}{start}{samples}\n\
+         //     dpc-codegen {file} {option}{effort}{scalar}{start}{samples}\n\
          //\n\
          // Fits dpc-runtime {major}.{minor}. Numbers are in the units of {file}, as deviations from its operating point.\n",
         one_line(what),

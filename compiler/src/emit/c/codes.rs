@@ -19,7 +19,7 @@ pub type Code = (&'static str, i32, &'static str);
 pub const ALL: [Codes; 4] = [
     Codes {
         name: "result",
-        what: "What every function returns. Unless it is DPC_OK, nothing was changed or written.",
+        what: "What every function returns. Unless it is DPC_OK, nothing was changed or written, but that the next status tells of a message that was refused.",
         codes: &RESULTS,
     },
     Codes {
@@ -40,11 +40,7 @@ const RESULTS: [Code; 31] = [
     ("DPC_NULL", 1, "an address is NULL that must not be"),
     ("DPC_SIZE", 2, "the size of the structure is not the library's: header and library are of different builds"),
     ("DPC_MISALIGNED", 3, "an address is not aligned for its type"),
-    (
-        "DPC_NOT_STARTED",
-        4,
-        "the structure holds no controller, or no plan, of this subsystem; it was not started, or moved",
-    ),
+    ("DPC_NOT_STARTED", 4, "the structure holds no controller, or no plan, of this subsystem; it was not started"),
     ("DPC_LENGTH", 5, "an array has another length than is asked for"),
     ("DPC_NO_SUCH_NEIGHBOUR", 6, "there is no such neighbour"),
     ("DPC_START_NOT_FINITE", 16, "a number of the start is not finite"),

@@ -1,9 +1,9 @@
 //! The functions of a subsystem for C, in Rust.
 
 use proc_macro2::{Ident, Literal, TokenStream};
-use quote::{format_ident, quote};
+use quote::{ToTokens, format_ident, quote};
 
-use super::super::code::{formatted, header, real, runtime};
+use super::super::code::{formatted, header_with, real, runtime};
 use super::super::names::one_line;
 use super::super::node::Node;
 use super::super::starts::may_start;
@@ -14,12 +14,13 @@ use crate::design::Design;
 pub fn root(design: &Design, words: &Words, modules: &[String], nodes: &[Node]) -> String {
     let mods: Vec<Ident> = modules.iter().map(|module| format_ident!("{module}")).collect();
     let entries = nodes.iter().zip(&mods).flat_map(|(node, module)| {
-        let plan = if may_start(node) { quote!(size_of::<functions::#module::Plan>()) } else { quote!(0) };
-        [quote!(size_of::<functions::#module::Memory>()), plan]
+        let plan = if may_start(node) { quote!(size_of::<Held<functions::#module::Plan>>()) } else { quote!(0) };
+        [quote!(size_of::<Held<functions::#module::Memory>>()), plan]
     });
     let (sizes, count) = (format_ident!("{}_sizes", words.network), Literal::usize_unsuffixed(2 * modules.len()));
     let (fingerprint, first) = (format_ident!("{}_design", words.network), mods.first());
-    let items = vec![quote! {
+    let items = quote! {
+        use crate::address::Held;
         #[cfg(feature = "panic-handler")]
         extern crate dpc_panic as _;
         #[cfg(feature = "std")]
@@ -40,9 +41,9 @@ pub fn root(design: &Design, words: &Words, modules: &[String], nodes: &[Node]) 
         pub extern "C" fn #fingerprint() -> u64 {
             controllers::#first::DESIGN
         }
-    }];
+    };
     let what = format!("C interface of the controllers of network `{}`", design.network.name);
-    format!("{}\n#![no_std]\n\n{}", header(design, &what), formatted(items))
+    format!("{}\n#![no_std]\n\n{}", header_with(design, &what, OPTION), spaced(items))
 }
 
 /// `src/functions/<module>.rs`
@@ -55,8 +56,26 @@ pub fn file(node: &Node, module: &str, prefix: &str) -> String {
     groups.extend((!node.neighbours.is_empty()).then(|| file.messages()));
     groups.extend((node.sizes.nh > 0).then(|| file.changing()));
     groups.extend([file.step(), file.telemetry(), file.names()]);
-    let text: Vec<String> = groups.into_iter().map(|group| formatted(vec![group])).collect();
-    format!("{}\n{}", header(node.design, &what), text.join("\n"))
+    let text: Vec<String> = groups.into_iter().map(spaced).collect();
+    format!("{}\n{}", header_with(node.design, &what, OPTION), text.join("\n"))
+}
+
+/// Of the command that makes these files.
+const OPTION: &str = "--emit c";
+
+/// With a line between items, but for `use` and `mod`.
+fn spaced(items: TokenStream) -> String {
+    let file: syn::File = syn::parse2(items).unwrap_or_else(|error| unreachable!("{error}"));
+    let is_short = |item: &syn::Item| {
+        matches!(item, syn::Item::Use(_) | syn::Item::Mod(_) | syn::Item::ExternCrate(_) | syn::Item::Type(_))
+    };
+    let mut text = String::new();
+    for (k, item) in file.items.iter().enumerate() {
+        let apart = k > 0 && !(is_short(item) && is_short(&file.items[k - 1]));
+        text += if apart { "\n" } else { "" };
+        text += &formatted(vec![item.to_token_stream()]);
+    }
+    text
 }
 
 struct File<'a> {
@@ -83,7 +102,7 @@ impl File<'_> {
     fn imports(&self, module: &str) -> TokenStream {
         let (module, runtime, real) = (format_ident!("{module}"), runtime(self.node), &self.real);
         quote! {
-            use crate::address::{In, Many, Out, Place, Tagged};
+            use crate::address::{Held, In, Many, Out, Place, Tagged};
             use crate::codes::{self, Refusal, finish, finish_at};
             use crate::controllers::#module::*;
             use core::ffi::{CStr, c_char};
@@ -112,9 +131,7 @@ impl File<'_> {
         };
         quote! {
             /// What the structure of the header holds.
-            #[repr(C)]
             pub struct Memory {
-                tag: u64,
                 controller: Controller,
                 inbox: Inbox,
                 #field
@@ -125,17 +142,13 @@ impl File<'_> {
                 telemetry: Telemetry,
             }
 
-            // SAFETY: `repr(C)`, and the tag comes first.
-            unsafe impl Tagged for Memory {
+            impl Tagged for Memory {
                 const TAG: u64 = DESIGN.rotate_left(1) ^ #tag;
             }
-
-            const _: () = assert!(align_of::<Memory>() <= align_of::<u64>());
 
             impl Memory {
                 fn new(controller: Controller, #argument) -> Self {
                     Self {
-                        tag: Self::TAG,
                         controller,
                         inbox: Inbox::new(),
                         #given
@@ -185,14 +198,14 @@ impl File<'_> {
             quote! {
                 #[unsafe(no_mangle)]
                 pub extern "C" fn #plan_size() -> usize {
-                    size_of::<Plan>()
+                    size_of::<Held<Plan>>()
                 }
             }
         });
         quote! {
             #[unsafe(no_mangle)]
             pub extern "C" fn #size() -> usize {
-                size_of::<Memory>()
+                size_of::<Held<Memory>>()
             }
             #plan
         }
@@ -269,22 +282,17 @@ impl File<'_> {
     fn plans(&self) -> TokenStream {
         let (name, plan_name, loads) = (self.name("start_planned"), self.name("plan"), self.loads_argument());
         let call = if self.loads() {
-            quote!(start_planned(&plan.look()?.plan, &loads.get()?, &x.get()?))
+            quote!(start_planned(&plan.look()?.0, &loads.get()?, &x.get()?))
         } else {
-            quote!(start_planned(&plan.look()?.plan, &x.get()?))
+            quote!(start_planned(&plan.look()?.0, &x.get()?))
         };
         let (made, stated) = (self.made(call), self.stated());
         let tag = Literal::u64_unsuffixed(self.node.i as u64 + 1);
         quote! {
             /// What the structure of the header for start-up plans holds.
-            #[repr(C)]
-            pub struct Plan {
-                tag: u64,
-                plan: StartPlan<'static>,
-            }
+            pub struct Plan(StartPlan<'static>);
 
-            // SAFETY: `repr(C)`, and the tag comes first.
-            unsafe impl Tagged for Plan {
+            impl Tagged for Plan {
                 const TAG: u64 = !DESIGN.rotate_left(1) ^ #tag;
             }
 
@@ -306,7 +314,7 @@ impl File<'_> {
                     let nominal = runtime::problem::Plan { dx: dx.get()?, du: du.get()? };
                     let (points, e) = (points.get(count)?, e.get()?);
                     let design = TABLES.fingerprint();
-                    place.make(Plan { tag: Plan::TAG, plan: StartPlan { design, plan: number, points, e, nominal } });
+                    place.make(Plan(StartPlan { design, plan: number, points, e, nominal }));
                     Ok(())
                 })
             }
@@ -338,7 +346,7 @@ impl File<'_> {
             self.loads().then(|| (quote!(, loads: Out<[Real; ND]>), quote! { loads.ready()?.put(START_LOADS); }));
         let (argument, put) = loads.unzip();
         let stated = quote! {
-            static STATED: Plan = Plan { tag: Plan::TAG, plan: START };
+            static STATED: Held<Plan> = Held::new(Plan(START));
 
             #[unsafe(no_mangle)]
             pub extern "C" fn #name() -> *const core::ffi::c_void {

@@ -24,17 +24,17 @@ pub fn common() -> String {
 }
 
 /// The header that includes all others.
-pub fn network(design: &Design, words: &Words) -> String {
+pub fn network(design: &Design, words: &Words, fingerprint: u64) -> String {
     let name = &words.network;
     let upper = name.to_uppercase();
     let includes: String = words.subsystems.iter().map(|prefix| format!("#include \"{prefix}.h\"\n")).collect();
     let head = head(design, &format!("Controllers of network `{}`", design.network.name));
-    let mut text = String::new();
-    let _ =
-        writeln!(text, "/* The design's fingerprint, which messages carry: to compare with that of the library. */");
-    let _ = writeln!(text, "uint64_t {name}_design(void);\n");
+    let mut text = format!(
+        "/* The design's fingerprint, which messages carry: of these headers, and of the library. */\n\
+         #define {upper}_DESIGN UINT64_C(0x{fingerprint:016x})\nuint64_t {name}_design(void);\n\n\
+         /* What numbers mean; NULL for any other. */\n"
+    );
     for codes in &codes::ALL {
-        let _ = writeln!(text, "/* The sentence of a number; NULL for any other. {} */", codes.what);
         let _ = writeln!(text, "const char *{name}_{}_text(int32_t code);", codes.name);
     }
     guarded(&head, &format!("{upper}_H"), &format!("#include \"dpc.h\"\n{includes}"), &(text + "\n"))
@@ -82,6 +82,7 @@ impl Header<'_> {
         let mut define = |name: &str, value: String, what: &str| {
             let _ = writeln!(text, "#define {upper}_{name} {value} /* {what} */");
         };
+        define("REAL", self.real().to_owned(), "type of all numbers");
         define("NX", sizes.nx.to_string(), "states");
         define("NU", sizes.nu.to_string(), "inputs");
         define("NY", sizes.ny.to_string(), "outputs");
@@ -122,7 +123,7 @@ impl Header<'_> {
     }
 
     fn structures(&self, sizes: &Sizes) -> String {
-        let (prefix, upper) = (self.prefix, &self.upper);
+        let prefix = self.prefix;
         let structure = |name: &str, bytes: u64, doc: &str| {
             format!(
                 "/* {doc} */\ntypedef struct {name} {{\n    uint64_t memory[{}]; /* {bytes} bytes, for the library alone */\n}} {name};\n\n",
@@ -149,14 +150,17 @@ impl Header<'_> {
             "/* Bytes of these, by the library. */\nsize_t {prefix}_size(void);{}\n",
             if may_start(self.node) { format!("\nsize_t {prefix}_plan_size(void);") } else { String::new() }
         );
-        let _ = writeln!(
-            text,
-            "/* {upper}: states {}; inputs {}; outputs {}. */\n",
-            self.list(&self.node.model().states),
-            self.list(&self.node.model().inputs),
-            self.list(&self.node.model().outputs)
-        );
-        text
+        text + &self.order()
+    }
+
+    /// What stands at which place of the arrays.
+    fn order(&self) -> String {
+        let model = self.node.model();
+        let signals = [("x", &model.states), ("u, input", &model.inputs), ("set_point, y_ref, e", &model.outputs)];
+        let loads = ("loads", &model.loads.signals);
+        let all = signals.into_iter().chain((!self.node.loads().is_empty()).then_some(loads));
+        let list: Vec<String> = all.map(|(names, signals)| format!("{names}: {}", self.list(signals))).collect();
+        wrapped(&format!("What arrays hold. {}.", list.join("; "))) + "\n"
     }
 
     fn list(&self, signals: &[Signal]) -> String {

@@ -36,6 +36,8 @@ pub struct Package {
     pub prefixes: Vec<String>,
     /// Name of the array in the library that [`Sizes`] come from.
     pub sizes: String,
+    /// [`Emitted::fingerprint`].
+    pub fingerprint: u64,
 }
 
 /// Bytes of the structures of one subsystem on the machine that the library was built for.
@@ -65,7 +67,7 @@ impl Package {
             (format!("src/functions/{module}.rs"), functions::file(node, module, prefix))
         }));
         let sizes = format!("{}_sizes", words.network);
-        Self { files, name: words.network, prefixes: words.subsystems, sizes }
+        Self { files, name: words.network, prefixes: words.subsystems, sizes, fingerprint: emitted.fingerprint }
     }
 
     /// Path in the package and text of each header; `sizes` in the order of the network.
@@ -73,7 +75,7 @@ impl Package {
         let words = Words { network: self.name.clone(), subsystems: self.prefixes.clone() };
         let mut files = vec![
             ("include/dpc.h".to_owned(), header::common()),
-            (format!("include/{}.h", self.name), header::network(design, &words)),
+            (format!("include/{}.h", self.name), header::network(design, &words, self.fingerprint)),
         ];
         files.extend(sizes.iter().enumerate().map(|(i, sizes)| {
             let node = Node::new(design, i);

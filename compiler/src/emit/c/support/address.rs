@@ -22,19 +22,30 @@ pub struct Out<T>(*mut c_void, PhantomData<T>);
 #[repr(transparent)]
 pub struct Many<T>(*const c_void, PhantomData<T>);
 
-/// A structure of the header. `T` begins with a number that tells it from memory that holds anything else.
+/// A structure of the header, for a [`Held`] T.
 #[repr(transparent)]
 pub struct Place<T>(*mut c_void, PhantomData<T>);
+
+/// What a structure of the header holds: a number that tells it from memory that holds anything else comes first.
+#[repr(C)]
+pub struct Held<T> {
+    tag: u64,
+    value: T,
+}
+
+/// What may be held.
+pub trait Tagged {
+    /// No two types have the same.
+    const TAG: u64;
+}
 
 /// Where something may be written.
 pub struct Ready<T>(*mut T);
 
-/// What a structure of the header holds.
-///
-/// # Safety
-/// The type is `repr(C)` and its first field is a `u64`, which is [`Self::TAG`].
-pub unsafe trait Tagged {
-    const TAG: u64;
+impl<T: Tagged> Held<T> {
+    pub const fn new(value: T) -> Self {
+        Self { tag: T::TAG, value }
+    }
 }
 
 impl<T> In<T> {
@@ -95,34 +106,33 @@ impl<T> Many<T> {
 }
 
 impl<T: Tagged> Place<T> {
-    /// Whether a structure of `size` bytes, as the header has it in whole words of 64 bits, is one that holds a T.
-    pub fn fits(&self, size: usize) -> Result<Ready<T>, Refusal> {
-        aligned(self.0.cast::<T>())?;
-        if size.div_ceil(8) == size_of::<T>().div_ceil(8) { Ok(Ready(self.0.cast())) } else { Err(Refusal::SIZE) }
+    /// Whether a structure of `size` bytes, as the header has it in whole words of 64 bits, is one for a T.
+    pub fn fits(&self, size: usize) -> Result<Ready<Held<T>>, Refusal> {
+        const { assert!(align_of::<Held<T>>() <= align_of::<u64>(), "the header has words of 64 bits") };
+        let address = aligned(self.0.cast::<Held<T>>())?;
+        if size.div_ceil(8) == size_of::<Held<T>>().div_ceil(8) { Ok(Ready(address.cast_mut())) } else { Err(Refusal::SIZE) }
     }
 
     pub fn get<'a>(self) -> Result<&'a mut T, Refusal> {
-        let address = self.0.cast::<T>();
-        started(address)?;
-        // SAFETY: not NULL, aligned, and begins as only `Ready::make` has it begin. That it is used by one thread at a time is the
+        let address = started(self.0.cast::<Held<T>>())?;
+        // SAFETY: not NULL, aligned, and begins as only `Ready::make` has it begin. That one thread at a time uses it is the
         // caller's promise.
-        Ok(unsafe { &mut *address })
+        Ok(unsafe { &mut (*address.cast_mut()).value })
     }
 
-    /// For reading only; for as long as the caller has promised to leave it where it is.
+    /// For reading only, and for as long as the caller has promised to leave it where it is.
     pub fn look<'a>(self) -> Result<&'a T, Refusal> {
-        let address = self.0.cast::<T>();
-        started(address)?;
+        let address = started(self.0.cast::<Held<T>>())?;
         // SAFETY: as for `get`.
-        Ok(unsafe { &*address })
+        Ok(unsafe { &(*address).value })
     }
 }
 
-impl<T: Tagged> Ready<T> {
+impl<T: Tagged> Ready<Held<T>> {
     /// Makes the structure one that holds a T; whatever it held before is forgotten.
     pub fn make(self, value: T) {
         // SAFETY: not NULL, aligned, and large enough, as `Place::fits` has found.
-        unsafe { self.0.write(value) }
+        unsafe { self.0.write(Held::new(value)) }
     }
 }
 
@@ -134,8 +144,8 @@ fn aligned<T>(address: *const T) -> Result<*const T, Refusal> {
     }
 }
 
-fn started<T: Tagged>(address: *const T) -> Result<(), Refusal> {
+fn started<T: Tagged>(address: *const Held<T>) -> Result<*const Held<T>, Refusal> {
     let tag = aligned(address)?.cast::<u64>();
-    // SAFETY: not NULL, aligned, and by the caller's promise a structure of the header, all of which begin with a number.
-    if unsafe { tag.read() } == T::TAG { Ok(()) } else { Err(Refusal::NOT_STARTED) }
+    // SAFETY: not NULL, aligned, and by the caller's promise a structure of the header, all of which begin with such a number.
+    if unsafe { tag.read() } == T::TAG { Ok(address) } else { Err(Refusal::NOT_STARTED) }
 }
