@@ -31,7 +31,7 @@ pub fn build(design: &Design, package: &Package, target: &Target, workshop: &Wor
     let Workshop { packages, out } = workshop;
     let files: Vec<_> = package.files.iter().map(|(name, text)| (packages.join(name), text.as_str())).collect();
     write_all(&files).map_err(|error| format!("error: {error}"))?;
-    let cargo = Cargo { target, flags: "", out, purpose: "`--emit c`" };
+    let cargo = Cargo { target, flags: "", lto: "fat", out, purpose: "`--emit c`" };
     let made = target.triple.as_ref().map_or(out.clone(), |triple| out.join(triple)).join("release");
     let build = |kind: &str, feature: &str, name: String| {
         cargo.run(packages, &["rustc", "--lib", "--crate-type", kind, "--features", feature])?;

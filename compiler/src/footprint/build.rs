@@ -47,7 +47,7 @@ pub fn libraries(
     let files = workspace(design, emitted, &names);
     let files: Vec<_> = files.iter().map(|(name, text)| (packages.join(name), text.as_str())).collect();
     write_all(&files).map_err(|error| format!("error: {error}"))?;
-    Cargo { target, flags: FLAGS, out, purpose: "`--measure`" }.run(packages, &["build"])?;
+    Cargo { target, flags: FLAGS, lto: "off", out, purpose: "`--measure`" }.run(packages, &["build"])?;
     let out = target.triple.as_ref().map_or(out.clone(), |triple| out.join(triple)).join("release");
     Ok(names.iter().map(|name| out.join(format!("lib{name}.a"))).collect())
 }

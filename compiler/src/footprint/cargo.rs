@@ -10,6 +10,8 @@ pub struct Cargo<'a> {
     pub target: &'a Target,
     /// For the compiler; those of unstable features too.
     pub flags: &'a str,
+    /// Link-time optimisation, as the manifest has it: `off` or `fat`.
+    pub lto: &'a str,
     /// Of what is made.
     pub out: &'a Path,
     /// What needs it, for complaints: `` `--measure` ``.
@@ -40,13 +42,13 @@ impl Cargo<'_> {
     }
 
     fn command(&self, cargo: &Path, folder: &Path, arguments: &[&str]) -> Result<Command, String> {
-        let Self { target, flags, out, .. } = self;
+        let Self { target, flags, lto, out, .. } = self;
         let mut command = Command::new(cargo);
         command.args(arguments).args(["--release", "--quiet", "--manifest-path"]).arg(folder.join("Cargo.toml"));
         command.arg("--target-dir").arg(out).env("RUSTC", target.rustc()).env("RUSTC_BOOTSTRAP", "1");
         // What is said of the profile must not be overridden.
         for (key, value) in
-            [("OPT_LEVEL", "3"), ("LTO", "off"), ("CODEGEN_UNITS", "1"), ("PANIC", "abort"), ("DEBUG", "false")]
+            [("OPT_LEVEL", "3"), ("LTO", *lto), ("CODEGEN_UNITS", "1"), ("PANIC", "abort"), ("DEBUG", "false")]
         {
             command.env(format!("CARGO_PROFILE_RELEASE_{key}"), value);
         }

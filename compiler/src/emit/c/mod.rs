@@ -16,12 +16,17 @@ mod functions;
 mod header;
 mod words;
 
-use super::manifest::{PROFILE, runtime};
+use super::manifest::runtime;
 use super::node::Node;
 use super::{Emitted, names};
 use crate::design::Design;
 use crate::network::Scalar;
 use words::Words;
+
+/// In `Cargo.toml`. Link-time optimisation leaves nothing in a static library but what its functions reach, so that it needs neither the
+/// formatting nor the unwinding of Rust's core library.
+const PROFILE: &str =
+    "[profile.release]\nopt-level = 3\npanic = \"abort\"\ncodegen-units = 1\nlto = \"fat\"\ndebug = false\n";
 
 /// What the compiler writes for C.
 ///
