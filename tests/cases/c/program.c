@@ -134,7 +134,7 @@ static void start_away_from_rest(void) {
     CHECK(started_plane_stated_start(x_plane) == DPC_OK);
     CHECK(started_plane_start_planned(&plane, sizeof plane, started_plane_stated_plan(), x_plane, from_plane, NULL) == DPC_OK);
     x_plane[0] = -9.0;
-    CHECK(started_plane_start_planned(&plane, sizeof plane, started_plane_stated_plan(), x_plane, from_con, &which) == DPC_START_STATE_DOES_NOT_FIT);
+    CHECK(started_plane_start_planned(&plane, sizeof plane, started_plane_stated_plan(), x_plane, from_plane, &which) == DPC_START_STATE_DOES_NOT_FIT);
     CHECK(which >= 0 && started_plane_row_name((uint32_t)which) != NULL);
     x_plane[0] = 1.5;
 
