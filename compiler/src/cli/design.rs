@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use dpc_codegen::c_library;
 use dpc_codegen::design::{Design, Request};
 use dpc_codegen::diagnostic::Source;
 use dpc_codegen::emit::{Emitted, package_folder, write_all};
@@ -37,6 +38,12 @@ pub struct Arguments {
     /// Count the solver's iterations on that many problems per subsystem, certify small ones, and set the limits by it
     #[arg(long, value_name = "SAMPLES", num_args = 0..=1, require_equals = true, default_missing_value = "10000", value_parser = samples)]
     iterations: Option<usize>,
+    /// What to write: controllers in Rust, or a package for C with headers and libraries
+    #[arg(long, value_name = "LANGUAGE", default_value = "rust", value_parser = ["rust", "c"])]
+    emit: String,
+    /// What the libraries for C are built for, as rustc calls it; a processor may follow: thumbv7em-none-eabihf/cortex-m7
+    #[arg(long, value_name = "TARGET", default_value = "host")]
+    target: String,
     /// Print time and peak memory of every stage, one per line
     #[arg(long)]
     timings: bool,
@@ -79,7 +86,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         measured(&arguments.measure, &design, &mut emitted).map_err(Failure::System)?;
         watch.clock.ended("Measured");
     }
-    let written = write(arguments, &design, &emitted).map_err(Failure::System)?;
+    let written = match arguments.emit.as_str() {
+        "c" => write_c(arguments, &design, &emitted),
+        _ => write(arguments, &design, &emitted),
+    };
+    let written = written.map_err(Failure::System)?;
     watch.clock.ended("Written");
     watch.end();
     told(arguments, &watch, &Summary::new(&design, &emitted), &written)
@@ -125,20 +136,46 @@ pub fn designed(question: &Question, watch: &mut Progressing) -> Result<Design, 
 
 /// Notes what the controllers take on every target, in a folder that is gone afterwards.
 fn measured(targets: &[String], design: &Design, emitted: &mut Emitted) -> Result<(), String> {
-    let folder = std::env::temp_dir().join(format!("dpc-codegen-{}", std::process::id()));
-    let mut workshop = Workshop::new(folder.clone());
-    if let Some(out) = std::env::var_os("CARGO_TARGET_DIR") {
-        workshop.out = PathBuf::from(out).join("measured");
-    }
     let targets: Vec<Target> = targets.iter().map(|target| Target::new(target)).collect();
-    let measured = Measured::new(design, emitted, &targets, &workshop);
-    // What remains is in the system's folder for it.
-    let _ = std::fs::remove_dir_all(&folder);
-    measured?.note(emitted);
+    in_workshop("measured", |workshop| Measured::new(design, emitted, &targets, workshop))?.note(emitted);
     Ok(())
 }
 
+/// Builds in a folder that is gone afterwards; `part` of cargo's own stays, where that is set.
+fn in_workshop<T>(part: &str, work: impl FnOnce(&Workshop) -> Result<T, String>) -> Result<T, String> {
+    let folder = std::env::temp_dir().join(format!("dpc-codegen-{}", std::process::id()));
+    let mut workshop = Workshop::new(folder.clone());
+    if let Some(out) = std::env::var_os("CARGO_TARGET_DIR") {
+        workshop.out = PathBuf::from(out).join(part);
+    }
+    let done = work(&workshop);
+    // What remains is in the system's folder for it.
+    let _ = std::fs::remove_dir_all(&folder);
+    done
+}
+
+/// Builds and writes everything or nothing; returns the files that people look at.
+fn write_c(arguments: &Arguments, design: &Design, emitted: &Emitted) -> Result<Vec<(PathBuf, bool)>, String> {
+    let default = || Path::new("generated").join(package_folder(&design.network) + "_c");
+    let folder = arguments.out.clone().unwrap_or_else(default);
+    let target = Target::new(&arguments.target);
+    let mut written = in_workshop("c", |workshop| c_library::write(design, emitted, &folder, &target, workshop))?;
+    written.retain(|path| !["src", "panic"].iter().any(|part| path.starts_with(folder.join(part))));
+    let besides = arguments.besides(design);
+    let besides: Vec<_> = besides.iter().map(|(path, text)| (path.clone(), text.as_str())).collect();
+    write_all(&besides).map_err(|error| format!("error: {error}"))?;
+    written.extend(besides.into_iter().map(|(path, _)| path));
+    Ok(written.into_iter().map(|path| (path, true)).collect())
+}
+
 impl Arguments {
+    /// What else was asked for: paths and texts.
+    fn besides(&self, design: &Design) -> Vec<(PathBuf, String)> {
+        let json = self.design.as_ref().map(|path| (path.clone(), design_json(design)));
+        let gains = self.gains_out.as_ref().map(|path| (path.clone(), frozen(&design.network, &design.gains)));
+        json.into_iter().chain(gains).collect()
+    }
+
     /// Nothing that is read may be written, and no folder can be; better said before the design than after it.
     fn check_targets(&self) -> Result<(), String> {
         let imported = self
@@ -179,11 +216,10 @@ impl Arguments {
 /// Writes everything or nothing; returns the files, and whether each changed.
 fn write(arguments: &Arguments, design: &Design, emitted: &Emitted) -> Result<Vec<(PathBuf, bool)>, String> {
     let folder = folder(arguments, design);
-    let json = arguments.design.as_ref().map(|path| (path.clone(), design_json(design)));
-    let gains = arguments.gains_out.as_ref().map(|path| (path.clone(), frozen(&design.network, &design.gains)));
+    let besides = arguments.besides(design);
     let texts = kept(emitted, &folder);
     let mut files = texts.iter().map(|(path, text)| (path.clone(), text.as_str())).collect::<Vec<_>>();
-    files.extend(json.iter().chain(&gains).map(|(path, text)| (path.clone(), text.as_str())));
+    files.extend(besides.iter().map(|(path, text)| (path.clone(), text.as_str())));
     let changed = write_all(&files).map_err(|error| format!("error: {error}"))?;
     Ok(files.into_iter().map(|(path, _)| path).zip(changed).collect())
 }

@@ -18,13 +18,17 @@
 //! | `fingerprint` | what a start-up plan recognises its tables by, and messages their design |
 //! | `wire` | messages as bytes |
 //! | `entries` | the same functions for C, for what measures them |
+//! | `c` | a package for C around them |
+//! | `manifest` | what `Cargo.toml` of a package says |
 //! | `disk` | writing all files or none |
 
+pub mod c;
 mod code;
 mod disk;
 #[cfg(feature = "measure")]
 pub(crate) mod entries;
 mod fingerprint;
+mod manifest;
 mod monitors;
 mod names;
 mod network;
@@ -41,6 +45,7 @@ use std::path::{Path, PathBuf};
 
 pub use disk::write_all;
 pub use fingerprint::{design_fingerprint, fingerprint, plan_number};
+pub use manifest::{PROFILE, runtime};
 pub use names::module_name;
 pub use wire::{MessagePart, message_layout};
 
