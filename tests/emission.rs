@@ -147,6 +147,40 @@ fn single_precision() {
     assert!(step.status.is_guaranteed() && step.message.y_ref[0] > 0.504, "{:?}", step.status);
 }
 
+/// Controllers of two designs in one process: what one writes, the other refuses.
+fn refuse_strangers() {
+    use controllers::{tanks_1_2, type_};
+    use dpc_runtime::{Delivery, Refused};
+
+    let rest = [0.5, 1.0, 0.5, 0.25, -1.0];
+    let (mut controller, from_type) = type_::start(&type_::steady_state(&rest)).unwrap();
+    let (_, from_tanks) = tanks_1_2::start(&tanks_1_2::steady_state(&rest)).unwrap();
+    let (_, _, from_others) =
+        started::tanks_1_2::start_planned(&started::tanks_1_2::START, &started::tanks_1_2::START_LOADS, &started::tanks_1_2::START_X)
+            .unwrap();
+    let designs = (type_::DESIGN, started::type_::DESIGN);
+    assert_ne!(designs.0, designs.1);
+
+    let mut inbox = type_::Inbox::new();
+    let refused = type_::accept_bytes(&mut inbox, &started::tanks_1_2::to_bytes(&from_others));
+    assert_eq!(refused, Err(Refused::OtherDesign { expected: designs.0, got: designs.1 }));
+    let refused = type_::accept_bytes(&mut inbox, &type_::to_bytes(&from_type));
+    assert_eq!(refused, Err(Refused::NotHeard { sender: type_::SENDER.place }));
+    let status = controller.step(&type_::steady_state(&rest).x, &[1.0], &mut inbox).status;
+    assert_eq!(status.deliveries, [Delivery::OtherDesign, Delivery::Missing]);
+
+    let mut other = started::type_::Inbox::new();
+    let refused = started::type_::accept_bytes(&mut other, &tanks_1_2::to_bytes(&from_tanks));
+    assert_eq!(refused, Err(Refused::OtherDesign { expected: designs.1, got: designs.0 }));
+    let refused = started::type_::accept_bytes(&mut other, &single::line::to_bytes(&single_message()));
+    assert_eq!(refused, Err(Refused::OtherScalar { expected: 8, got: 4 }));
+    started::type_::accept_bytes(&mut other, &started::tanks_1_2::to_bytes(&from_others)).unwrap();
+}
+
+fn single_message() -> single::line::Message {
+    single::line::start(&single::line::steady_state(&[0.5, -0.25, 1.0])).unwrap().1
+}
+
 /// Rows that are redrawn by all members alike.
 fn redraw_rows() {
     use changing::{lift, robot_1, robot_2};
@@ -235,6 +269,7 @@ fn main() {
     start_away_from_rest();
     redraw_rows();
     single_precision();
+    refuse_strangers();
     let rest = [0.5, 1.0, 0.5, 0.25, -1.0];
     let (mut first, from_type) = type_::start(&type_::steady_state(&rest)).unwrap();
     let (mut second, from_tanks) = tanks_1_2::start(&tanks_1_2::steady_state(&rest)).unwrap();

@@ -5,22 +5,11 @@
 //     dpc-codegen system.toml --out four_tank
 //
 // Fits dpc-runtime 0.1. Numbers are in the units of system.toml, as deviations from its operating point.
-//
-// Takes, in bytes (`--measure`; opt-level 3, no link-time optimisation):
-//
-//     target                     rustc   code  constants  controller  inbox  step  start
-//     x86_64-unknown-linux-gnu  1.95.0  42714       2496         992     72  2016    888
-//     thumbv7em-none-eabihf     1.96.0  78170       3232         944     72  3128    964
-//
-// Code and constants are what a linker keeps of the functions below; step and start are the most stack of
-// these, their own frames and all they call.
-// x86_64-unknown-linux-gnu: no panic; calls memcpy, memmove, whose stack comes on top
-// thumbv7em-none-eabihf: no panic, nothing else is needed
 
-use dpc_runtime::StartError;
 use dpc_runtime::tables::{
     Bounds, Clamp, DpcProblem, Link, Model, Stage, StageRow, Tables,
 };
+use dpc_runtime::{Refused, Sender, StartError};
 
 const _: () = assert!(dpc_runtime::fits(0, 1), "made for dpc-runtime 0.1");
 
@@ -68,6 +57,27 @@ pub const OUTPUTS: [&str; NY] = ["h1 [cm]"];
 /// What the neighbours hear.
 pub const COUPLING_OUTPUTS: [&str; NZ] = ["0.0165 h2 + 0.00013 v1"];
 
+/// Fingerprint of the whole network's design. Controllers of any other refuse this one's messages, and this one theirs.
+pub const DESIGN: u64 = 0x1faa8b9ba0128a6e;
+/// Whose messages these are: of the subsystem at this place in the network, counted from 0.
+pub const SENDER: Sender = Sender { design: DESIGN, place: 0 };
+/// Length of a message of this subsystem as bytes, see [`to_bytes`]; little-endian:
+///
+/// | bytes | type | |
+/// |---|---|---|
+/// | 0 | u8 | version of this layout: 1 |
+/// | 1 | u8 | bytes per number: 8 |
+/// | 2, 3 | u16 | bit 0: the sender's step is certified; all others 0 |
+/// | 4 to 7 | u32 | place of the sender in the network: 0 |
+/// | 8 to 15 | u64 | fingerprint of the network's design |
+/// | 16 to 23 | i64 | step, -1 for the message of the start |
+/// | 24 to 27 | u32 | number of the start-up plan; 0: none |
+/// | 28, 29 | u16 | number of outputs: 1 |
+/// | 30, 31 | u16 | number of coupling outputs: 1 |
+/// | 32 to 39 | f64 | yref of `h1 [cm]` |
+/// | 40 to 47 | f64 | zref of `0.0165 h2 + 0.00013 v1` |
+pub const MESSAGE_BYTES: usize = 48;
+
 /// Reference-output layer (28)-(31).
 pub type Reference = Clamp<NY, NC>;
 /// Type of [`TABLES`].
@@ -88,7 +98,24 @@ pub const FROM_RIGHT: Link<1, 1> = Link {
     slot: 0,
     z: Some(0),
     y: None,
+    sender: Sender { design: DESIGN, place: 1 },
 };
+
+/// The message as bytes, for all who hear it.
+pub fn to_bytes(message: &Message) -> [u8; MESSAGE_BYTES] {
+    message.to_bytes(&SENDER)
+}
+
+/// Files a message that came as bytes, whichever neighbour it is from.
+///
+/// # Errors
+/// The bytes are no message of a neighbour in the same design, or it is out of sequence or not finite; see [`Refused`].
+pub fn accept_bytes(inbox: &mut Inbox, bytes: &[u8]) -> Result<(), Refused> {
+    match Sender::place_in(bytes)? {
+        1 => inbox.accept_bytes(&FROM_RIGHT, bytes),
+        _ => Err(SENDER.stranger(bytes)),
+    }
+}
 
 /// The state and input that this subsystem rests at when the outputs of the whole network rest at
 /// `outputs`, in the order of the columns of [`STEADY_X`].

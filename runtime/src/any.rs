@@ -19,6 +19,7 @@ pub mod solver;
 mod start;
 pub mod tables;
 mod trajectory;
+mod wire;
 
 pub use changing::{HalfSpace, Meeting, NotRedrawn, Pair};
 pub use controller::{Controller, Input, Outlook, Step, Telemetry};

@@ -43,6 +43,29 @@
 //! period t. The start counts as step -1: its message is what the neighbours need at step 0. A neighbour may be ahead by
 //! one step; the [`Inbox`] keeps its message until it is due.
 //!
+//! # Messages as bytes
+//! Between two machines, or two languages, a [`Message`] goes as bytes: [`Message::to_bytes`], and [`Inbox::accept_bytes`] on the
+//! other side; an emitted file has a function for either. All numbers are little-endian, nothing is padded, and the length depends
+//! on the sender alone ([`Message::BYTES`]):
+//!
+//! | bytes | type | |
+//! |---|---|---|
+//! | 0 | u8 | version of this layout, [`LAYOUT`] |
+//! | 1 | u8 | bytes per number of the sender's scalar type: 8 or 4 |
+//! | 2, 3 | u16 | flags: bit 0 is [`Message::certified`]; the others are 0 |
+//! | 4 to 7 | u32 | place of the sender in the network, [`Sender::place`] |
+//! | 8 to 15 | u64 | fingerprint of the network's design, [`Sender::design`] |
+//! | 16 to 23 | i64 | [`Message::step`] |
+//! | 24 to 27 | u32 | [`Message::plan`] |
+//! | 28, 29 | u16 | number of outputs, NY |
+//! | 30, 31 | u16 | number of coupling outputs, NZ |
+//! | from 32 | NY f64 or f32 | [`Message::y_ref`] |
+//! | then | NZ f64 or f32 | [`Message::z_ref`] |
+//!
+//! A receiver takes nothing but what its neighbour in the same design says: whatever differs is refused with its own reason
+//! ([`Refused`]), and the status of the step that went without says so too. There is no checksum: lines that may flip bits bring
+//! their own, and a message that fails it is one that did not arrive.
+//!
 //! # What a status means
 //! Theorem 1: if the design's assumptions hold, the start is feasible, every message arrives and the plant is the
 //! model, then every problem is feasible and every constraint is kept, for ever. So each trouble says which of these broke.
@@ -168,6 +191,7 @@
 
 mod delivery;
 mod double;
+mod header;
 mod include;
 mod refusal;
 pub mod single;
@@ -177,6 +201,7 @@ mod working_set;
 
 pub use delivery::{Delivery, Refused};
 pub use double::*;
+pub use header::{HEADER_BYTES, LAYOUT, Sender};
 pub use refusal::StartError;
 pub use status::{Control, References, Status};
 pub use version::fits;

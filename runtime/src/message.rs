@@ -81,6 +81,11 @@ impl<const NI: usize, const NJ: usize, const NB: usize> Inbox<NI, NJ, NB> {
         Ok(())
     }
 
+    /// Bytes came that hold no message of neighbour `slot`, of whatever step.
+    pub(crate) fn refuse(&mut self, slot: usize, trouble: Delivery) {
+        self.due.note(slot, trouble);
+    }
+
     /// Whether the message of the step expected next has arrived from neighbour `slot`.
     pub fn arrived(&self, slot: usize) -> bool {
         self.due.arrived(slot)

@@ -8,6 +8,7 @@
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
 use super::Real;
+use crate::header::Sender;
 
 /// Everything one subsystem's controller is made of. `R` is its reference-output layer, [`Clamp`] or [`Nearest`].
 #[derive(Debug, Clone)]
@@ -268,4 +269,6 @@ pub struct Link<const NYJ: usize, const NZJ: usize> {
     pub z: Option<usize>,
     /// First imported output; `None` where only its coupling outputs are needed.
     pub y: Option<usize>,
+    /// Whose messages they are, where they come as bytes.
+    pub sender: Sender,
 }

@@ -7,6 +7,7 @@ use super::monitors::has_noise;
 use super::names::{code, one_line};
 use super::node::{Neighbour, Node, labelled, labels};
 use super::starts::{self, may_start};
+use super::wire;
 use crate::design::Design;
 use crate::gains::Proof;
 use crate::network::Scalar;
@@ -52,17 +53,24 @@ fn file_name(path: &str) -> String {
 }
 
 /// The half, formatted, without the header.
-pub fn text(node: &Node, modules: &[String]) -> String {
+pub fn text(node: &Node, modules: &[String], fingerprint: u64) -> String {
     let groups = [
         formatted(imports(node)),
         formatted(vec![version()]),
         formatted(sizes(node)),
         formatted(names(node)),
+        formatted(wire::constants(node, fingerprint)),
         types(node),
         formatted(links(node, modules)),
-        start(node).into_iter().map(|item| formatted(vec![item])).collect::<Vec<_>>().join("\n"),
+        separate(wire::functions(node, modules)),
+        separate(start(node)),
     ];
     groups.into_iter().filter(|group| !group.is_empty()).collect::<Vec<_>>().join("\n")
+}
+
+/// Each item on its own, with a line between them.
+fn separate(items: Vec<TokenStream>) -> String {
+    items.into_iter().map(|item| formatted(vec![item])).collect::<Vec<_>>().join("\n")
 }
 
 /// What is made here is a list of items; a mistake in it is one of this module, found by its first test.
@@ -90,10 +98,14 @@ fn imports(node: &Node) -> Vec<TokenStream> {
     let names = names.iter().map(|name| format_ident!("{name}"));
     let runtime = runtime(node);
     let tables = quote! { use #runtime::tables::{#(#names),*}; };
+    let refused = (!node.neighbours.is_empty()).then_some("Refused");
+    let planned = node.design.start.is_some().then_some("PlannedPoint");
+    let used = planned.into_iter().chain(refused).chain(["Sender", "StartError"]).map(|name| format_ident!("{name}"));
+    let used = quote! { use dpc_runtime::{#(#used),*}; };
     if node.design.start.is_none() {
-        return vec![quote! { use dpc_runtime::StartError; }, tables];
+        return vec![tables, used];
     }
-    vec![quote! { use dpc_runtime::problem::Plan; }, tables, quote! { use dpc_runtime::{PlannedPoint, StartError}; }]
+    vec![quote! { use dpc_runtime::problem::Plan; }, tables, used]
 }
 
 fn version() -> TokenStream {
@@ -244,9 +256,13 @@ fn link(node: &Node, slot: usize, neighbour: &Neighbour, module: &str) -> TokenS
     let other = node.other(neighbour);
     let name = format_ident!("{}", link_name(module));
     let doc = format!(" Where the messages of {} go: {}.", code(&other.name), imported(node, neighbour));
-    let [ny, nz, slot] = [other.p(), other.nz(), slot].map(Literal::usize_unsuffixed);
+    let [ny, nz, slot, place] = [other.p(), other.nz(), slot, neighbour.j].map(Literal::usize_unsuffixed);
     let (z, y) = (option(neighbour.z), option(neighbour.y));
-    quote! { #[doc = #doc] pub const #name: Link<#ny, #nz> = Link { slot: #slot, z: #z, y: #y }; }
+    quote! {
+        #[doc = #doc]
+        pub const #name: Link<#ny, #nz> =
+            Link { slot: #slot, z: #z, y: #y, sender: Sender { design: DESIGN, place: #place } };
+    }
 }
 
 /// Of the link to the neighbour in `module`.

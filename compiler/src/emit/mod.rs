@@ -15,7 +15,8 @@
 //! | `names` | identifiers and comments out of the user's names |
 //! | `network` | the list of the modules, and who talks to whom |
 //! | `together` | all controllers in one process, and the plant |
-//! | `fingerprint` | what a start-up plan recognises its tables by |
+//! | `fingerprint` | what a start-up plan recognises its tables by, and messages their design |
+//! | `wire` | messages as bytes |
 //! | `entries` | the same functions for C, for what measures them |
 //! | `disk` | writing all files or none |
 
@@ -33,12 +34,14 @@ mod starts;
 mod steady;
 mod tables;
 mod together;
+mod wire;
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 pub use disk::write_all;
-pub use fingerprint::{fingerprint, plan_number};
+pub use fingerprint::{design_fingerprint, fingerprint, plan_number};
+pub use wire::{MessagePart, message_layout};
 
 use crate::design::Design;
 use crate::network::{Network, Scalar};
@@ -57,6 +60,8 @@ pub struct Emitted {
     pub files: Vec<(String, String)>,
     /// Bytes of constant data that the controller of each subsystem needs, on a machine of 64 bits.
     pub table_bytes: Vec<usize>,
+    /// What messages recognise their design by: [`design_fingerprint`].
+    pub fingerprint: u64,
 }
 
 impl Emitted {
@@ -65,16 +70,12 @@ impl Emitted {
         let nodes: Vec<Node> = (0..design.network.subsystems.len()).map(|i| Node::new(design, i)).collect();
         let modules = names::module_names(design.network.subsystems.iter().map(|s| s.name.as_str()));
         let mut files = vec![("mod.rs".to_owned(), network::file(&nodes, &modules))];
-        let mut table_bytes = Vec::new();
-        let made = spread(nodes.len(), |i| {
-            let tables = parts::all(&nodes[i]);
-            (tables.bytes(nodes[i].scalar()), subsystem_file(&nodes[i], &modules, &tables, &steady))
-        });
-        for ((bytes, text), module) in made.into_iter().zip(&modules) {
-            table_bytes.push(bytes);
-            files.push((format!("{module}.rs"), text));
-        }
-        Self { files, table_bytes }
+        let tables = spread(nodes.len(), |i| parts::all(&nodes[i]));
+        let fingerprint = fingerprint::of_tables(design, &tables);
+        let texts = spread(nodes.len(), |i| subsystem_file(&nodes[i], &modules, fingerprint, &tables[i], &steady));
+        files.extend(texts.into_iter().zip(&modules).map(|(text, module)| (format!("{module}.rs"), text)));
+        let table_bytes = tables.iter().zip(&nodes).map(|(tables, node)| tables.bytes(node.scalar())).collect();
+        Self { files, table_bytes, fingerprint }
     }
 
     /// Path in `folder` and text of each file.
@@ -104,11 +105,11 @@ pub fn folder_of(name: &str, asked: Option<Scalar>, stated: Option<Scalar>) -> S
 }
 
 /// Code first, tables after.
-fn subsystem_file(node: &Node, modules: &[String], tables: &Value, steady: &Steady) -> String {
+fn subsystem_file(node: &Node, modules: &[String], fingerprint: u64, tables: &Value, steady: &Steady) -> String {
     let model = node.model();
     let what = format!("Controller of subsystem `{}` of network `{}`", model.name, node.design.network.name);
     let doc = "All that the controller of this subsystem is made of; each part says what it is.";
-    let mut sections = vec![code::header(node.design, &what), code::text(node, modules)];
+    let mut sections = vec![code::header(node.design, &what), code::text(node, modules, fingerprint)];
     sections.push(item(node.scalar(), doc, "TABLES", "Parts", tables));
     sections.extend(monitors::items(node, steady));
     sections.extend(starts::items(node));

@@ -7,7 +7,7 @@ use std::fmt;
 use dpc_codegen::design::Design;
 use dpc_codegen::problems::{DpcProblem, ReferenceProblem, Row, RowKind};
 use dpc_runtime::tables::{self, Bounds, Clamp, Model, NO_ROW, Stage, StageRow};
-use dpc_runtime::{Controller, Inbox, Link, StartError, SteadyState};
+use dpc_runtime::{Controller, Inbox, Link, Sender, StartError, SteadyState};
 use example_kit::bus::{Datagram, NotReceived, decode, encode};
 use nalgebra::DMatrix;
 
@@ -253,7 +253,8 @@ impl<const NB: usize> Node for Process<'_, NB> {
         let message = decode(&datagram.bytes).map_err(NotReceived::WrongLength)?;
         match self.hears.iter().position(|&j| j == datagram.from) {
             Some(slot) => {
-                let link = Link::<1, 1> { slot, z: Some(slot), y: None };
+                let sender = Sender { design: 0, place: datagram.from as u32 };
+                let link = Link::<1, 1> { slot, z: Some(slot), y: None, sender };
                 self.inbox.accept(&link, &message).map_err(NotReceived::Refused)
             }
             // Nobody else is a neighbour, and neighbours alone are sent to.

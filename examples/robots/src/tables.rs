@@ -8,7 +8,7 @@ use dpc_codegen::design::Design;
 use dpc_codegen::network::Subsystem;
 use dpc_codegen::problems::{DpcProblem, ReferenceProblem, RowKind};
 use dpc_runtime::tables::{self, Bounds, ChangingRow, Import, Member, Model, NO_ROW, Stage, StageRow};
-use dpc_runtime::{Controller, Inbox, Link, StartError, SteadyState};
+use dpc_runtime::{Controller, Inbox, Link, Sender, StartError, SteadyState};
 use example_kit::bus::{Datagram, NotReceived, decode, encode};
 use nalgebra::{DMatrix, DVector};
 
@@ -241,7 +241,8 @@ impl<const NJ: usize, const NB: usize> Robot for Process<'_, NJ, NB> {
     fn receive(&mut self, datagram: &Datagram) -> Result<(), NotReceived> {
         let message = decode(&datagram.bytes).map_err(NotReceived::WrongLength)?;
         let slot = datagram.from - usize::from(datagram.from > self.robot);
-        let link = Link::<2, 2> { slot, z: None, y: Some(2 * slot) };
+        let sender = Sender { design: 0, place: datagram.from as u32 };
+        let link = Link::<2, 2> { slot, z: None, y: Some(2 * slot), sender };
         self.inbox.accept(&link, &message).map_err(NotReceived::Refused)
     }
 

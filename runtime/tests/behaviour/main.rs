@@ -10,5 +10,6 @@ mod reference;
 mod single;
 mod solver;
 mod step;
+mod wire;
 
 use lapack_symbols as _;

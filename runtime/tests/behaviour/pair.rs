@@ -7,7 +7,7 @@
 //! system the eigenvalues of modulus 0.84. Y is [-2, 2] at a rate of 0.05: uref stays below 3 and xref below 3.
 
 use dpc_runtime::tables::{Bounds, Clamp, CouplingRow, DpcProblem, Model, NO_ROW, Stage, StageRow};
-use dpc_runtime::{Controller, Inbox, Link, Message, Tables};
+use dpc_runtime::{Controller, Inbox, Link, Message, Sender, Tables};
 
 pub const TUBE: f64 = 0.1;
 pub const RESERVE: f64 = 0.9;
@@ -22,10 +22,13 @@ pub type PairController<'a, const NJ: usize, const NC: usize> =
 pub type PairInbox<const NJ: usize> = Inbox<1, NJ, 1>;
 pub type PairMessage = Message<1, 1>;
 
+/// The other subsystem, where its messages come as bytes.
+pub const SENDER: Sender = Sender { design: 0x0123_4567_89ab_cdef, place: 1 };
+
 /// The other subsystem, where only its coupling output matters.
-pub const OTHER: Link<1, 1> = Link { slot: 0, z: Some(0), y: None };
+pub const OTHER: Link<1, 1> = Link { slot: 0, z: Some(0), y: None, sender: SENDER };
 /// The other subsystem, where its output matters too.
-pub const PARTNER: Link<1, 1> = Link { slot: 0, z: Some(0), y: Some(0) };
+pub const PARTNER: Link<1, 1> = Link { slot: 0, z: Some(0), y: Some(0), sender: SENDER };
 
 pub fn tables() -> PairTables<0, 0> {
     with_coupling([], [])

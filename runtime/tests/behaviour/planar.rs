@@ -9,7 +9,7 @@ use std::array;
 use std::f64::consts::FRAC_PI_2;
 
 use dpc_runtime::tables::{Bounds, ChangingRow, DpcProblem, Import, Member, Model, NO_ROW, Nearest, Stage};
-use dpc_runtime::{Controller, HalfSpace, Inbox, Link, Meeting, Message, SteadyState, Tables};
+use dpc_runtime::{Controller, HalfSpace, Inbox, Link, Meeting, Message, Sender, SteadyState, Tables};
 
 pub const EPSILON: f64 = 1.0;
 /// Of the true positions.
@@ -24,7 +24,11 @@ pub type BodyMessage = Message<2, 2>;
 pub type BodySpace = HalfSpace<2, 4>;
 
 /// The others are heard in the order of the network.
-pub const LINKS: [Link<2, 2>; 2] = [Link { slot: 0, z: None, y: Some(0) }, Link { slot: 1, z: None, y: Some(2) }];
+pub const LINKS: [Link<2, 2>; 2] = [link(0), link(1)];
+
+const fn link(slot: usize) -> Link<2, 2> {
+    Link { slot, z: None, y: Some(2 * slot), sender: Sender { design: 0, place: 0 } }
+}
 
 /// With the reserve that accepting a row takes.
 const HALF_WIDTH: f64 = EPSILON * (1.0 + 1e-8);

@@ -346,9 +346,9 @@ fn refuses_messages_out_of_sequence_or_not_finite() {
     let step = solo.controller.step(&[0.0], &[0.0], &mut solo.inbox);
     assert_eq!(step.status.deliveries, [Delivery::NotFinite]);
 
-    let foreign: Link<1, 1> = Link { slot: 0, z: Some(1), y: None };
+    let foreign: Link<1, 1> = Link { slot: 0, z: Some(1), ..OTHER };
     assert_eq!(solo.inbox.accept(&foreign, &message(1, 0.0)), Err(Refused::NoSuchSlot));
-    let foreign: Link<1, 1> = Link { slot: 1, z: Some(0), y: None };
+    let foreign: Link<1, 1> = Link { slot: 1, z: Some(0), ..OTHER };
     assert_eq!(solo.inbox.accept(&foreign, &message(1, 0.0)), Err(Refused::NoSuchSlot));
 }
 

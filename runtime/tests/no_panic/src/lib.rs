@@ -3,7 +3,7 @@
 #![forbid(unsafe_code)]
 
 use dpc_runtime::tables::{Clamp, Nearest};
-use dpc_runtime::{Controller, Inbox, Link, Message, Refused, StartError, StartPlan, SteadyState, Step, Tables};
+use dpc_runtime::{Controller, Inbox, Link, Message, Refused, Sender, StartError, StartPlan, SteadyState, Step, Tables};
 
 pub mod planar;
 
@@ -30,6 +30,18 @@ pub mod four_tank {
 
     pub fn accept(inbox: &mut Inbox<1, 0, 1>, link: &Link<1, 1>, message: &Message<1, 1>) -> Result<(), Refused> {
         inbox.accept(link, message)
+    }
+
+    pub fn accept_bytes(inbox: &mut Inbox<1, 0, 1>, link: &Link<1, 1>, bytes: &[u8]) -> Result<(), Refused> {
+        inbox.accept_bytes(link, bytes)
+    }
+
+    pub fn to_bytes(message: &Message<1, 1>, sender: &Sender) -> [u8; 48] {
+        message.to_bytes(sender)
+    }
+
+    pub fn place_in(bytes: &[u8]) -> Result<u32, Refused> {
+        Sender::place_in(bytes)
     }
 
     pub fn step(
