@@ -8,7 +8,7 @@ use dpc_codegen::build;
 use dpc_codegen::clock::Clock;
 use dpc_codegen::design::Design;
 use dpc_codegen::diagnostic::{Diagnostics, Source};
-use dpc_codegen::emit::{Emitted, package_folder, write_all};
+use dpc_codegen::emit::{Emitted, controllers, package_folder, packages, write_all};
 use dpc_codegen::export::design_json;
 use dpc_codegen::footprint::{Measured, Target, Workshop, without};
 use dpc_codegen::network::Scalar;
@@ -23,6 +23,9 @@ pub struct Arguments {
     /// Folder for the controllers [default: generated/<name of the network>]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
+    /// Write a complete crate per subsystem into FOLDER, with a manual; controllers alone are written where --out asks for them
+    #[arg(long = "crate", value_name = "FOLDER")]
+    packages: Option<PathBuf>,
     /// Also write the design (models, gains, sets) for other tools
     #[arg(long, value_name = "FILE")]
     design: Option<PathBuf>,
@@ -139,17 +142,19 @@ impl Arguments {
 /// Writes everything or nothing; returns what to tell the user about it.
 fn write(arguments: &Arguments, design: &Design, emitted: &Emitted) -> Result<String, String> {
     let default = || Path::new("generated").join(package_folder(&design.network));
-    let folder = arguments.out.clone().unwrap_or_else(default);
+    let folder = arguments.out.clone().or_else(|| arguments.packages.is_none().then(default));
     let json = arguments.design.as_ref().map(|path| (path.clone(), design_json(design)));
     let gains = arguments.gains_out.as_ref().map(|path| (path.clone(), frozen(&design.network, &design.gains)));
-    let texts = kept(emitted, &folder);
+    let mut texts = folder.as_ref().map(|folder| kept(emitted.paths(folder))).unwrap_or_default();
+    texts.extend(arguments.packages.iter().flat_map(|folder| crates(design, emitted, folder)));
     let mut files = texts.iter().map(|(path, text)| (path.clone(), text.as_str())).collect::<Vec<_>>();
     files.extend(json.iter().chain(&gains).map(|(path, text)| (path.clone(), text.as_str())));
     let changed = write_all(&files).map_err(|error| format!("error: {error}"))?;
     if files.len() > MOST_LISTED {
         let written = changed.iter().filter(|changed| **changed).count();
-        let folder = folder.display();
-        return Ok(format!("Written:   {written} of {} files, the controllers in {folder}\n", files.len()));
+        let folders = [folder.as_ref(), arguments.packages.as_ref()].into_iter().flatten();
+        let folders = folders.map(|folder| folder.display().to_string()).collect::<Vec<_>>().join(" and ");
+        return Ok(format!("Written:   {written} of {} files, the controllers in {folders}\n", files.len()));
     }
     let word = |changed: bool| if changed { "Written:  " } else { "Unchanged:" };
     Ok(files
@@ -160,12 +165,21 @@ fn write(arguments: &Arguments, design: &Design, emitted: &Emitted) -> Result<St
 }
 
 /// What is to be in each file: what is there, where that says the same and what it takes besides.
-fn kept(emitted: &Emitted, folder: &Path) -> Vec<(PathBuf, String)> {
+fn kept(files: Vec<(PathBuf, &str)>) -> Vec<(PathBuf, String)> {
     let of = |(path, text): (PathBuf, &str)| {
         let there = std::fs::read_to_string(&path).ok().filter(|there| without(there) == text);
         (path, there.unwrap_or_else(|| text.to_owned()))
     };
-    emitted.paths(folder).into_iter().map(of).collect()
+    files.into_iter().map(of).collect()
+}
+
+/// The crates of the nodes, whose manuals say what is kept of the controllers' files.
+fn crates(design: &Design, emitted: &Emitted, folder: &Path) -> Vec<(PathBuf, String)> {
+    let texts = emitted.files.iter().skip(1).map(|(_, text)| text.as_str());
+    let kept = kept(controllers(design, folder).into_iter().zip(texts).collect());
+    let mut noted = emitted.clone();
+    noted.files.iter_mut().skip(1).zip(kept).for_each(|((_, text), (_, kept))| *text = kept);
+    packages(design, &noted, folder)
 }
 
 /// How many samples a word stands for.

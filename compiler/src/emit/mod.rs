@@ -17,6 +17,7 @@
 //! | `together` | all controllers in one process, and the plant |
 //! | `fingerprint` | what a start-up plan recognises its tables by, and messages their design |
 //! | `wire` | messages as bytes |
+//! | `package`, `manual` | a complete crate for a node, documented |
 //! | `entries` | the same functions for C, for what measures them |
 //! | `disk` | writing all files or none |
 
@@ -25,10 +26,14 @@ mod disk;
 #[cfg(feature = "measure")]
 pub(crate) mod entries;
 mod fingerprint;
+#[cfg(feature = "measure")]
+mod manual;
 mod monitors;
 mod names;
 mod network;
 mod node;
+#[cfg(feature = "measure")]
+mod package;
 mod parts;
 mod starts;
 mod steady;
@@ -41,6 +46,8 @@ use std::path::{Path, PathBuf};
 
 pub use disk::write_all;
 pub use fingerprint::{design_fingerprint, fingerprint, plan_number};
+#[cfg(feature = "measure")]
+pub use package::{controllers, packages};
 pub use wire::{MessagePart, message_layout};
 
 use crate::design::Design;
@@ -54,7 +61,7 @@ use tables::{Value, item};
 ///
 /// After this point: every text parses as Rust, is formatted, and is the same for the same design: no clock, no path,
 /// no order of a hash.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Emitted {
     /// Name and text of each file: `mod.rs`, then one per subsystem in the order of the network.
     pub files: Vec<(String, String)>,

@@ -24,7 +24,7 @@ mod target;
 use std::path::Path;
 
 pub use build::{PROFILE, Workshop, runtime, source};
-pub use header::{Measured, without};
+pub use header::{Measured, noted, without};
 pub use target::Target;
 
 use crate::design::Design;
