@@ -29,6 +29,17 @@ pub struct Design {
     pub samples: Option<usize>,
 }
 
+/// What the caller of a design says instead of the file.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Request {
+    /// What the controllers compute in.
+    pub scalar: Option<Scalar>,
+    /// How long to search for better gains.
+    pub effort: Option<Effort>,
+    /// As with `start-anywhere = true` in the file, and without a plan for the start that it states: for [`Design::started`].
+    pub anywhere: bool,
+}
+
 impl Design {
     /// Off-line design, Section IV-A of the paper: steps 1 to 4, then the on-line problems. Gains are searched for as
     /// long as the file says.
@@ -52,8 +63,7 @@ impl Design {
     /// # Errors
     /// As [`Design::new`].
     pub fn watched(source: Source, effort: Option<Effort>, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
-        let network = read(source, watch)?;
-        Self::of_network(network, effort, watch)
+        Self::requested(source, &Request { effort, ..Request::default() }, watch)
     }
 
     /// [`Design::watched`] with a scalar type that wins over the file's.
@@ -66,8 +76,7 @@ impl Design {
         effort: Option<Effort>,
         watch: &mut dyn Watch,
     ) -> Result<Self, Diagnostics> {
-        let network = read(source, watch)?;
-        Self::of_network(Network { scalar, ..network }, effort, watch)
+        Self::requested(source, &Request { scalar: Some(scalar), effort, anywhere: false }, watch)
     }
 
     /// [`Design::watched`] as with `start-anywhere = true` in the file, and without a plan for the start that it states: for
@@ -76,9 +85,22 @@ impl Design {
     /// # Errors
     /// As [`Design::new`].
     pub fn anywhere(source: Source, effort: Option<Effort>, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
+        Self::requested(source, &Request { scalar: None, effort, anywhere: true }, watch)
+    }
+
+    /// [`Design::new`] with what wins over the file's words.
+    ///
+    /// # Errors
+    /// As [`Design::new`].
+    pub fn requested(source: Source, request: &Request, watch: &mut dyn Watch) -> Result<Self, Diagnostics> {
         let network = read(source, watch)?;
-        network.check_plannable()?;
-        Self::of_network(Network { start_anywhere: true, start: None, ..network }, effort, watch)
+        let scalar = request.scalar.unwrap_or(network.scalar);
+        let mut network = Network { scalar, ..network };
+        if request.anywhere {
+            network.check_plannable()?;
+            network = Network { start_anywhere: true, start: None, ..network };
+        }
+        Self::of_network(network, request.effort, watch)
     }
 
     /// The same design with a plan for the start that the file of starts `source` states.

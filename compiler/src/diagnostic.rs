@@ -1,20 +1,17 @@
 //! Errors that point into `system.toml`.
 
+mod json;
+mod source;
+
 use std::fmt;
 use std::ops::Range;
 
 use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snippet, normalize_untrusted_str};
 
+pub use source::{Source, Unreadable};
+
 /// A byte range of the source text.
 pub type Place = Range<usize>;
-
-/// The file a network was read from.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Source {
-    /// As the user wrote it; printed in messages, never emitted.
-    pub path: String,
-    pub text: String,
-}
 
 /// One mistake: what is wrong, where, with which numbers, and what to try.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -206,6 +203,8 @@ pub mod code {
 
 /// Places that one message shows.
 const MOST_PLACES: usize = 16;
+/// Mistakes that are shown; machines get all of them.
+const MOST_SHOWN: usize = 50;
 
 impl Diagnostic {
     pub fn error(code: &'static str, title: impl Into<String>) -> Self {
@@ -242,10 +241,12 @@ impl Diagnostic {
 
     fn snippet<'a>(&'a self, source: &'a Source) -> Option<Snippet<'a, Annotation<'a>>> {
         let kinds = std::iter::once(AnnotationKind::Primary).chain(std::iter::repeat(AnnotationKind::Context));
-        let annotations =
-            self.labels.iter().take(MOST_PLACES).zip(kinds).map(|((place, label), kind)| {
-                kind.span(within(place, &source.text)).label(normalize_untrusted_str(label))
-            });
+        let annotations = self
+            .labels
+            .iter()
+            .take(MOST_PLACES)
+            .zip(kinds)
+            .map(|((place, label), kind)| kind.span(source.within(place)).label(normalize_untrusted_str(label)));
         let snippet = Snippet::source(&*source.text).path(&*source.path);
         (!self.labels.is_empty()).then(|| snippet.annotations(annotations))
     }
@@ -280,8 +281,23 @@ impl Diagnostics {
     /// What a person sees, in the manner of rustc: code, place, notes, helps. Ends without a newline.
     pub fn render(&self, source: &Source, styled: bool) -> String {
         let renderer = if styled { Renderer::styled() } else { Renderer::plain() };
-        let shown: Vec<_> = self.0.iter().map(|diagnostic| renderer.render(&[diagnostic.group(source)])).collect();
-        shown.join("\n\n")
+        let shown = self.0.iter().take(MOST_SHOWN).map(|diagnostic| renderer.render(&[diagnostic.group(source)]));
+        let more = self.0.len().checked_sub(MOST_SHOWN).filter(|more| *more > 0);
+        let more = more.map(|more| format!("... and {more} more mistakes; the first ones may explain them"));
+        shown.chain(more).collect::<Vec<_>>().join("\n\n")
+    }
+
+    /// Where to read more about these mistakes, once per run.
+    pub fn hint(&self) -> Option<String> {
+        let mut codes: Vec<&str> = Vec::new();
+        for code in self.0.iter().map(|diagnostic| diagnostic.code) {
+            if !codes.contains(&code) {
+                codes.push(code);
+            }
+        }
+        let (first, others) = codes.split_first()?;
+        let others = if others.is_empty() { String::new() } else { format!(" (also {})", others.join(", ")) };
+        Some(format!("For more about this: dpc-codegen explain {first}{others}"))
     }
 }
 
@@ -309,10 +325,3 @@ impl fmt::Display for Diagnostics {
 
 impl std::error::Error for Diagnostic {}
 impl std::error::Error for Diagnostics {}
-
-/// `place` cut to the text and to whole characters: a renderer must not fail on a wrong place.
-fn within(place: &Place, text: &str) -> Place {
-    let start = text.floor_char_boundary(place.start);
-    let end = text.ceil_char_boundary(place.end.clamp(start, text.len().max(start)));
-    start..end
-}

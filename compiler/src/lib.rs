@@ -52,6 +52,7 @@ pub mod dependency;
 pub mod design;
 pub mod diagnostic;
 pub mod emit;
+pub mod explain;
 pub mod export;
 #[cfg(feature = "measure")]
 pub mod footprint;

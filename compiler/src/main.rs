@@ -8,11 +8,5 @@ use clap::Parser;
 use cli::CommandLine;
 
 fn main() -> ExitCode {
-    match CommandLine::parse().run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(message) => {
-            eprintln!("{}", message.trim_end());
-            ExitCode::FAILURE
-        }
-    }
+    CommandLine::parse().run().into()
 }

@@ -20,6 +20,7 @@
 
 mod appraise;
 mod diagnose;
+mod ends;
 mod program;
 mod settle;
 mod verify;
@@ -38,6 +39,7 @@ use crate::sharing::spread;
 use program::{Asks, Goal, Program};
 
 pub use appraise::{Aim, Merit, Stage};
+pub use ends::{EndLimit, EndLimits, end_limits};
 
 /// After this point: (21), (22), (25a), (25b), (26), (26') where margins are stated, and (35a') where measurements err, hold
 /// with the recorded slack, which is never negative, and in single precision with what [`crate::rounding`] keeps back besides; no set is empty; and what changing constraints are charged is

@@ -2,6 +2,8 @@
 
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
+mod json;
+
 use std::fmt;
 
 use crate::convex::Polytope;
@@ -12,7 +14,7 @@ use crate::network::{NamedPolytope, Network, Norm, Scalar, Signal, Subsystem};
 use crate::notices::notices;
 use crate::problems::DpcProblem;
 use crate::sets::{ReferenceShare, SubsystemSets};
-use crate::sizing::{Slack, SubsystemSizing, TradePoint};
+use crate::sizing::{EndLimits, Slack, SubsystemSizing, TradePoint, end_limits};
 use crate::tuning::{DesignFigures, Figures, Tuning};
 
 /// Margins of Assumptions 1 to 4, sizes of the sets, problems and tables, the smallest slack of every equation, and
@@ -154,14 +156,15 @@ impl Summary<'_> {
 
     fn subsystems(&self) -> Vec<String> {
         let count = self.design.network.subsystems.len();
+        let limits = end_limits(&self.design.network, &self.design.sets, &self.design.sizing);
         if count <= MOST_SHOWN {
-            return (0..count).flat_map(|i| self.subsystem(i)).collect();
+            return (0..count).flat_map(|i| self.subsystem(i, &limits[i])).collect();
         }
         let mut order: Vec<usize> = (0..count).collect();
         order.sort_by(|&a, &b| self.least_share(a).total_cmp(&self.least_share(b)));
         let others = format!("{} others are in the file that `--design` writes", count - FEW_SHOWN);
         let head = format!("The {FEW_SHOWN} subsystems whose set-points use least of their bounds; the {others}");
-        let shown = order[..FEW_SHOWN].iter().flat_map(|&i| self.subsystem(i));
+        let shown = order[..FEW_SHOWN].iter().flat_map(|&i| self.subsystem(i, &limits[i]));
         [String::new(), head].into_iter().chain(shown).collect()
     }
 
@@ -171,7 +174,7 @@ impl Summary<'_> {
         (0..natural.len()).map(|k| (Y.max[k] - Y.min[k]) / natural[k]).fold(f64::INFINITY, f64::min)
     }
 
-    fn subsystem(&self, i: usize) -> Vec<String> {
+    fn subsystem(&self, i: usize, limits: &[EndLimits]) -> Vec<String> {
         let model = &self.design.network.subsystems[i];
         let sizes = &self.design.sizing.subsystems[i];
         let dpc = &self.design.problems.subsystems[i].dpc;
@@ -179,7 +182,7 @@ impl Summary<'_> {
         let rho = self.design.gains.subsystems[i].rho_F;
         lines.push(item("local loop", &format!("spectral radius {}, margin {}", short(rho), short(1.0 - rho))));
         let (epsilon, sample_time) = (self.design.sizing.epsilon, self.design.network.sample_time);
-        lines.extend(output_ranges(model, sizes, epsilon, sample_time));
+        lines.extend(output_ranges(model, sizes, epsilon, sample_time, limits));
         lines.extend(reserves(model, sizes));
         lines.extend(charges(model, sizes, &self.design.sets.subsystems[i], epsilon));
         lines.extend(disturbances(model));
@@ -218,7 +221,8 @@ impl Summary<'_> {
         titled("Constraints whose rows change while running", rows.take(MOST_SHOWN).chain(more).collect())
     }
 
-    fn slacks(&self) -> Vec<String> {
+    /// One per equation.
+    fn smallest_slacks(&self) -> Vec<&Slack> {
         let mut smallest: Vec<&Slack> = Vec::new();
         for slack in &self.design.sizing.slacks {
             match smallest.iter_mut().find(|known| known.equation == slack.equation) {
@@ -227,6 +231,11 @@ impl Summary<'_> {
                 None => smallest.push(slack),
             }
         }
+        smallest
+    }
+
+    fn slacks(&self) -> Vec<String> {
+        let smallest = self.smallest_slacks();
         let rows =
             smallest.iter().map(|slack| format!("  {:<7}{:<11}{}", slack.equation, short(slack.value), slack.what));
         titled("Smallest slack of every inclusion, after rounding", rows.collect())
@@ -259,15 +268,22 @@ fn below_one(what: &str, value: f64) -> String {
     format!("  {what:<43}{:<10} margin {}", short(value), short(1.0 - value))
 }
 
-/// Y_i in the user's outputs, and how long a reference takes from one end to the other.
-fn output_ranges(model: &Subsystem, sizes: &SubsystemSizing, epsilon: f64, sample_time: f64) -> Vec<String> {
-    let ranges = model.outputs.iter().zip(sizes.Y.min.iter().zip(&sizes.Y.max));
+/// Y_i in the user's outputs, how long a reference takes from one end to the other, and what limits each end.
+fn output_ranges(
+    model: &Subsystem,
+    sizes: &SubsystemSizing,
+    epsilon: f64,
+    sample_time: f64,
+    limits: &[EndLimits],
+) -> Vec<String> {
     let time = |width: f64| short((width / epsilon).ceil() * sample_time);
-    ranges
-        .map(|(signal, (min, max))| {
-            item("set-points", &format!("{}, crossed in {} s", range(signal, *min, *max), time(max - min)))
-        })
-        .collect()
+    let of = |(k, signal): (usize, &Signal)| {
+        let (min, max) = (sizes.Y.min[k], sizes.Y.max[k]);
+        let crossed = format!("{}, crossed in {} s", range(signal, min, max), time(max - min));
+        let limited = format!("below by {}, above by {}", limits[k].low.row, limits[k].high.row);
+        [item("set-points", &crossed), item("limited", &limited)]
+    };
+    model.outputs.iter().enumerate().flat_map(of).collect()
 }
 
 fn range(signal: &Signal, min: f64, max: f64) -> String {

@@ -1,25 +1,26 @@
 //! `dpc-codegen system.toml`: designs the controllers and writes them.
 
-use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use dpc_codegen::build;
-use dpc_codegen::clock::Clock;
-use dpc_codegen::design::Design;
-use dpc_codegen::diagnostic::{Diagnostics, Source};
+use dpc_codegen::design::{Design, Request};
+use dpc_codegen::diagnostic::Source;
 use dpc_codegen::emit::{Emitted, controllers, package_folder, packages, write_all};
 use dpc_codegen::export::design_json;
 use dpc_codegen::footprint::{Measured, Target, Workshop, without};
 use dpc_codegen::network::Scalar;
 use dpc_codegen::summary::Summary;
-use dpc_codegen::tuning::{Effort, Progress, Watch, frozen};
-use indicatif::{ProgressBar, ProgressStyle};
+use dpc_codegen::tuning::{Effort, frozen};
+use serde_json::json;
+
+use super::failure::{Failure, say};
+use super::output::{Format, Output, print_json};
+use super::progress::Progressing;
 
 #[derive(Args)]
 pub struct Arguments {
-    /// The network: model, constraints, weights (TOML)
-    file: PathBuf,
+    #[command(flatten)]
+    question: Question,
     /// Folder for the controllers [default: generated/<name of the network>]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
@@ -29,15 +30,6 @@ pub struct Arguments {
     /// Also write the design (models, gains, sets) for other tools
     #[arg(long, value_name = "FILE")]
     design: Option<PathBuf>,
-    /// How long to search for better gains: 0 not at all, 3 longest [default: `effort` in the file, else 0]
-    #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u8).range(0..=i64::from(Effort::MOST)))]
-    effort: Option<u8>,
-    /// What the controllers compute in, f64 or f32, instead of `scalar` in FILE
-    #[arg(long, value_name = "TYPE", conflicts_with = "start")]
-    scalar: Option<Scalar>,
-    /// Start from the states in this file (TOML: a table per subsystem, with x0) instead of those in FILE
-    #[arg(long, value_name = "FILE")]
-    start: Option<PathBuf>,
     /// Also write the gains to a file of their own, as lines to be pasted into the network's
     #[arg(long, value_name = "FILE")]
     gains_out: Option<PathBuf>,
@@ -50,49 +42,82 @@ pub struct Arguments {
     /// Print time and peak memory of every stage, one per line
     #[arg(long)]
     timings: bool,
+    #[command(flatten)]
+    pub output: Output,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), String> {
-    arguments.check_targets()?;
-    let mut watch = Progressing { clock: Clock::new(), bar: None };
-    let source = build::read(&arguments.file)?;
-    let design = designed(arguments, &source, &mut watch)?;
-    let mut clock = watch.clock;
+/// What is to be designed.
+#[derive(Args)]
+pub struct Question {
+    /// The network: model, constraints, weights (TOML)
+    file: PathBuf,
+    /// How long to search for better gains: 0 not at all, 3 longest [default: `effort` in the file, else 0]
+    #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u8).range(0..=i64::from(Effort::MOST)))]
+    effort: Option<u8>,
+    /// What the controllers compute in, f64 or f32, instead of `scalar` in FILE
+    #[arg(long, value_name = "TYPE")]
+    scalar: Option<Scalar>,
+    /// Start from the states in this file (TOML: a table per subsystem, with x0) instead of those in FILE
+    #[arg(long, value_name = "FILE")]
+    start: Option<PathBuf>,
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    arguments.check_targets().map_err(Failure::Usage)?;
+    let mut watch = Progressing::new(arguments.output.quiet);
+    let design = designed(&arguments.question, &mut watch)?;
     let design = match arguments.iterations {
         Some(samples) => design.counted(samples),
         None => design,
     };
     if design.samples.is_some() {
-        clock.ended("Iterations");
+        watch.clock.ended("Iterations");
     }
     let mut emitted = Emitted::new(&design);
-    clock.ended("Emitted");
+    watch.clock.ended("Emitted");
     if !arguments.measure.is_empty() {
-        measured(&arguments.measure, &design, &mut emitted)?;
-        clock.ended("Measured");
+        measured(&arguments.measure, &design, &mut emitted).map_err(Failure::System)?;
+        watch.clock.ended("Measured");
     }
-    let written = write(arguments, &design, &emitted)?;
-    clock.ended("Written");
-    let timings = if arguments.timings { clock.table() } else { String::new() };
-    print(&format!("{}\nTime: {clock}\n{timings}{written}", Summary::new(&design, &emitted)))
+    let written = write(arguments, &design, &emitted).map_err(Failure::System)?;
+    watch.clock.ended("Written");
+    watch.end();
+    told(arguments, &watch, &Summary::new(&design, &emitted), &written)
 }
 
-fn designed(arguments: &Arguments, source: &Source, watch: &mut Progressing) -> Result<Design, String> {
-    let rendered = |source: &Source| {
-        let source = source.clone();
-        move |mistakes: Diagnostics| mistakes.render(&source, std::io::stderr().is_terminal())
-    };
-    let effort = arguments.effort.and_then(Effort::new);
-    let Some(file) = &arguments.start else {
-        let design = match arguments.scalar {
-            Some(scalar) => Design::in_scalar(source.clone(), scalar, effort, watch),
-            None => Design::watched(source.clone(), effort, watch),
-        };
-        return design.map_err(rendered(source));
-    };
-    let starts = build::read(file)?;
-    let design = Design::anywhere(source.clone(), effort, watch).map_err(rendered(source))?;
-    let design = design.started(&starts).map_err(rendered(&starts))?;
+fn told(
+    arguments: &Arguments,
+    watch: &Progressing,
+    summary: &Summary<'_>,
+    written: &[(PathBuf, bool)],
+) -> Result<(), Failure> {
+    let clock = &watch.clock;
+    if arguments.output.format == Format::Json {
+        let files =
+            written.iter().map(|(path, changed)| json!({ "path": path.display().to_string(), "changed": changed }));
+        let files: Vec<_> = files.collect();
+        let stages = clock
+            .stages
+            .iter()
+            .map(|stage| json!({ "stage": stage.name, "seconds": stage.time.as_secs_f64(), "peak_bytes": stage.peak }));
+        let stages: Vec<_> = if arguments.timings { stages.collect() } else { Vec::new() };
+        let done = json!({ "outcome": "done", "diagnostics": [], "summary": summary.to_json(), "files": files, "timings": stages });
+        return print_json(&done).map_err(|error| Failure::System(format!("error: cannot print: {error}")));
+    }
+    let timings = if arguments.timings { clock.table() } else { String::new() };
+    say(&format!("{summary}\nTime: {clock}\n{timings}{}", listed(written)))
+}
+
+/// The design that is asked for, with the plan for its start where one is given.
+pub fn designed(question: &Question, watch: &mut Progressing) -> Result<Design, Failure> {
+    let source = Source::read(&question.file)?;
+    let effort = question.effort.and_then(Effort::new);
+    let request = Request { scalar: question.scalar, effort, anywhere: question.start.is_some() };
+    let starts = question.start.as_deref().map(Source::read).transpose()?;
+    let mistakes = |source: Source| move |mistakes| Failure::mistakes(source, mistakes);
+    let design = Design::requested(source.clone(), &request, watch).map_err(mistakes(source))?;
+    let Some(starts) = starts else { return Ok(design) };
+    let design = design.started(&starts).map_err(mistakes(starts))?;
     watch.clock.ended("Start");
     Ok(design)
 }
@@ -115,7 +140,7 @@ fn measured(targets: &[String], design: &Design, emitted: &mut Emitted) -> Resul
 impl Arguments {
     /// Nothing that is read may be written, and no folder can be; better said before the design than after it.
     fn check_targets(&self) -> Result<(), String> {
-        let inputs: Vec<_> = [Some(&self.file), self.start.as_ref()].into_iter().flatten().collect();
+        let inputs: Vec<_> = [Some(&self.question.file), self.question.start.as_ref()].into_iter().flatten().collect();
         let same = |one: &Path, other: &Path| match (one.canonicalize(), other.canonicalize()) {
             (Ok(one), Ok(other)) => one == other,
             _ => one == other,
@@ -139,29 +164,33 @@ impl Arguments {
     }
 }
 
-/// Writes everything or nothing; returns what to tell the user about it.
-fn write(arguments: &Arguments, design: &Design, emitted: &Emitted) -> Result<String, String> {
-    let default = || Path::new("generated").join(package_folder(&design.network));
-    let folder = arguments.out.clone().or_else(|| arguments.packages.is_none().then(default));
+/// Writes everything or nothing; returns the files, and whether each changed.
+fn write(arguments: &Arguments, design: &Design, emitted: &Emitted) -> Result<Vec<(PathBuf, bool)>, String> {
     let json = arguments.design.as_ref().map(|path| (path.clone(), design_json(design)));
     let gains = arguments.gains_out.as_ref().map(|path| (path.clone(), frozen(&design.network, &design.gains)));
-    let mut texts = folder.as_ref().map(|folder| kept(emitted.paths(folder))).unwrap_or_default();
+    let mut texts = folder(arguments, design).map(|folder| kept(emitted.paths(&folder))).unwrap_or_default();
     texts.extend(arguments.packages.iter().flat_map(|folder| crates(design, emitted, folder)));
     let mut files = texts.iter().map(|(path, text)| (path.clone(), text.as_str())).collect::<Vec<_>>();
     files.extend(json.iter().chain(&gains).map(|(path, text)| (path.clone(), text.as_str())));
     let changed = write_all(&files).map_err(|error| format!("error: {error}"))?;
-    if files.len() > MOST_LISTED {
-        let written = changed.iter().filter(|changed| **changed).count();
-        let folders = [folder.as_ref(), arguments.packages.as_ref()].into_iter().flatten();
-        let folders = folders.map(|folder| folder.display().to_string()).collect::<Vec<_>>().join(" and ");
-        return Ok(format!("Written:   {written} of {} files, the controllers in {folders}\n", files.len()));
+    Ok(files.into_iter().map(|(path, _)| path).zip(changed).collect())
+}
+
+/// Of the controllers alone.
+fn folder(arguments: &Arguments, design: &Design) -> Option<PathBuf> {
+    let default = || Path::new("generated").join(package_folder(&design.network));
+    arguments.out.clone().or_else(|| arguments.packages.is_none().then(default))
+}
+
+/// One line per file, or one for very many.
+fn listed(written: &[(PathBuf, bool)]) -> String {
+    if written.len() > MOST_LISTED {
+        let changed = written.iter().filter(|(_, changed)| *changed).count();
+        let folder = written.first().and_then(|(path, _)| path.parent()).unwrap_or(Path::new("."));
+        return format!("Written:   {changed} of {} files, the controllers in {}\n", written.len(), folder.display());
     }
     let word = |changed: bool| if changed { "Written:  " } else { "Unchanged:" };
-    Ok(files
-        .iter()
-        .zip(changed)
-        .map(|((path, _), changed)| format!("{} {}\n", word(changed), path.display()))
-        .collect())
+    written.iter().map(|(path, changed)| format!("{} {}\n", word(*changed), path.display())).collect()
 }
 
 /// What is to be in each file: what is there, where that says the same and what it takes besides.
@@ -190,35 +219,3 @@ fn samples(word: &str) -> Result<usize, String> {
 
 /// Files that are named one by one.
 const MOST_LISTED: usize = 40;
-
-/// A reader that stops early, such as `head`, is no mistake of ours.
-fn print(text: &str) -> Result<(), String> {
-    match std::io::stdout().write_all(text.as_bytes()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(format!("error: cannot print: {error}")),
-        _ => Ok(()),
-    }
-}
-
-/// The clock, with a progress bar while a search for gains is under way.
-struct Progressing {
-    clock: Clock,
-    bar: Option<ProgressBar>,
-}
-
-impl Watch for Progressing {
-    fn stage(&mut self, name: &'static str) {
-        self.bar.take().inspect(ProgressBar::finish_and_clear);
-        self.clock.ended(name);
-    }
-
-    fn searched(&mut self, progress: Progress) {
-        // Drawn on a terminal only.
-        let bar = self.bar.get_or_insert_with(|| bar(progress.budget));
-        bar.set_position(progress.compared as u64);
-    }
-}
-
-fn bar(budget: usize) -> ProgressBar {
-    let style = ProgressStyle::with_template("  comparing gains {bar:40} {pos} of {len}, {eta} left");
-    ProgressBar::new(budget as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-}
