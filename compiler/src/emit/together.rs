@@ -104,8 +104,7 @@ impl<'a> Together<'a> {
 
     fn structs(&self) -> String {
         let nodes = self.each(|i, module| {
-            let loads =
-                if self.nodes[i].loads().is_empty() { "()".to_owned() } else { format!("super::{module}::Loads") };
+            let loads = if self.nodes[i].loads().is_empty() { "" } else { &format!(", super::{module}::Loads") };
             format!(
                 "        /// Of {}.\n        pub {module}: Node<super::{module}::Controller, super::{module}::Inbox, \
                  super::{module}::Message{loads}>,\n",
@@ -400,10 +399,13 @@ const STRUCTS: &str = "
     /// One subsystem's.
     #[derive(Debug, Clone)]
     pub struct Node<Controller, Inbox, Message, Loads = ()> {
+        /// What it remembers from step to step.
         pub controller: Controller,
+        /// What has arrived for it.
         pub inbox: Inbox,
         /// The last one it sent.
         pub message: Message,
+        /// Its measured disturbances, where it has any.
         pub loads: Loads,
     }
 
@@ -412,6 +414,7 @@ const STRUCTS: &str = "
     pub struct Step {
         /// In the order of [`INPUTS`].
         pub input: [f64; NU],
+        /// What each controller gives, with its status.
         pub nodes: Steps,
     }
 
