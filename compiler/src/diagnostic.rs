@@ -1,6 +1,7 @@
-//! Errors that point into `system.toml`.
+//! Errors that point into `system.toml`: for people by [`Diagnostics::render`], for machines by [`Diagnostics::to_json`]; every code has
+//! a page in [`crate::explain`].
 
-mod json;
+pub mod json;
 mod source;
 
 use std::fmt;
@@ -241,10 +242,12 @@ impl Diagnostic {
 
     fn snippet<'a>(&'a self, source: &'a Source) -> Option<Snippet<'a, Annotation<'a>>> {
         let kinds = std::iter::once(AnnotationKind::Primary).chain(std::iter::repeat(AnnotationKind::Context));
-        let annotations =
-            self.labels.iter().take(MOST_PLACES).zip(kinds).map(|((place, label), kind)| {
-                kind.span(source.within(place)).label(normalize_untrusted_str(label))
-            });
+        let annotations = self
+            .labels
+            .iter()
+            .take(MOST_PLACES)
+            .zip(kinds)
+            .map(|((place, label), kind)| kind.span(source.within(place)).label(normalize_untrusted_str(label)));
         let snippet = Snippet::source(&*source.text).path(&*source.path);
         (!self.labels.is_empty()).then(|| snippet.annotations(annotations))
     }

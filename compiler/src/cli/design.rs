@@ -47,7 +47,9 @@ pub struct Arguments {
 #[derive(Args)]
 pub struct Question {
     /// The network: model, constraints, weights (TOML)
-    file: PathBuf,
+    // Optional only where a subcommand is called instead, which clap sees to.
+    #[arg(required = true)]
+    file: Option<PathBuf>,
     /// How long to search for better gains: 0 not at all, 3 longest [default: `effort` in the file, else 0]
     #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u8).range(0..=i64::from(Effort::MOST)))]
     effort: Option<u8>,
@@ -90,9 +92,13 @@ fn told(
 ) -> Result<(), Failure> {
     let clock = &watch.clock;
     if arguments.output.format == Format::Json {
-        let files = written.iter().map(|(path, changed)| json!({ "path": path.display().to_string(), "changed": changed }));
+        let files =
+            written.iter().map(|(path, changed)| json!({ "path": path.display().to_string(), "changed": changed }));
         let files: Vec<_> = files.collect();
-        let stages = clock.stages.iter().map(|stage| json!({ "stage": stage.name, "seconds": stage.time.as_secs_f64(), "peak_bytes": stage.peak }));
+        let stages = clock
+            .stages
+            .iter()
+            .map(|stage| json!({ "stage": stage.name, "seconds": stage.time.as_secs_f64(), "peak_bytes": stage.peak }));
         let stages: Vec<_> = if arguments.timings { stages.collect() } else { Vec::new() };
         let done = json!({ "outcome": "done", "diagnostics": [], "summary": summary.to_json(), "files": files, "timings": stages });
         return print_json(&done).map_err(|error| Failure::System(format!("error: cannot print: {error}")));
@@ -103,7 +109,8 @@ fn told(
 
 /// The design that is asked for, with the plan for its start where one is given.
 pub fn designed(question: &Question, watch: &mut Progressing) -> Result<Design, Failure> {
-    let source = Source::read(&question.file)?;
+    let file = question.file.as_deref().unwrap_or_else(|| unreachable!("clap asks for FILE where there is no command"));
+    let source = Source::read(file)?;
     let effort = question.effort.and_then(Effort::new);
     let request = Request { scalar: question.scalar, effort, anywhere: question.start.is_some() };
     let starts = question.start.as_deref().map(Source::read).transpose()?;
@@ -133,7 +140,8 @@ fn measured(targets: &[String], design: &Design, emitted: &mut Emitted) -> Resul
 impl Arguments {
     /// Nothing that is read may be written, and no folder can be; better said before the design than after it.
     fn check_targets(&self) -> Result<(), String> {
-        let inputs: Vec<_> = [Some(&self.question.file), self.question.start.as_ref()].into_iter().flatten().collect();
+        let inputs: Vec<_> =
+            [self.question.file.as_ref(), self.question.start.as_ref()].into_iter().flatten().collect();
         let same = |one: &Path, other: &Path| match (one.canonicalize(), other.canonicalize()) {
             (Ok(one), Ok(other)) => one == other,
             _ => one == other,

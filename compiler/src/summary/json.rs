@@ -78,17 +78,13 @@ impl Summary<'_> {
 
     fn slacks_json(&self) -> Vec<Value> {
         let slacks = self.smallest_slacks();
-        let object = |slack: &&crate::sizing::Slack| {
-            json!({ "equation": slack.equation, "what": slack.what, "value": slack.value })
-        };
+        let object = |slack: &&crate::sizing::Slack| json!({ "equation": slack.equation, "what": slack.what, "value": slack.value });
         slacks.iter().map(object).collect()
     }
 
     fn trade_json(&self) -> Vec<Value> {
         let points = self.design.sizing.trade.iter();
-        let object = |point: &crate::sizing::TradePoint| {
-            json!({ "reserve": point.reserve, "y_volume": point.y_volume, "epsilon": point.epsilon })
-        };
+        let object = |point: &crate::sizing::TradePoint| json!({ "reserve": point.reserve, "y_volume": point.y_volume, "epsilon": point.epsilon });
         points.map(object).collect()
     }
 }
