@@ -19,7 +19,9 @@ fn every_page_says_what_it_is_about_and_what_to_try() {
     for page in PAGES {
         assert!(page.text.starts_with(&format!("# {}: ", page.code)), "{}", page.code);
         assert!(page.text.contains("\n## What to try\n") && !page.title().is_empty(), "{}", page.code);
-        assert!(page.text.lines().all(|line| line.chars().count() <= 160), "{}", page.code);
+        let prose = page.text.split("## Wrong").next().unwrap_or_default();
+        let longest = prose.lines().map(|line| line.chars().count()).max();
+        assert!(longest <= Some(160), "{}: {longest:?}", page.code);
     }
 }
 

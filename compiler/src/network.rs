@@ -29,7 +29,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::convex::Bounded;
 /// q of (6), (30).
 pub use crate::convex::RateNorm as Norm;
-use crate::diagnostic::{Diagnostics, Place, Source};
+use crate::diagnostic::{Diagnostics, Place, Source, code};
 use crate::gains::GainChoice;
 use crate::spec::{self, Spec};
 use crate::tuning::Effort;
@@ -419,6 +419,10 @@ impl Parts {
         let matrices = form.and_then(|form| mistakes.of(|errors| matrices(form, spec, &roster, errors)));
         let gamma = settings.as_ref().map_or(settings::DEFAULT_GAMMA, |settings| settings.reference.gamma);
         let lowered = matrices.as_ref().map(|(models, _, changing)| (&models[..], changing));
+        // Of a partition that is wrong it is not known who owns what.
+        if mistakes.include(code::PARTITION) {
+            return None;
+        }
         let subsystems = mistakes.of(|errors| subsystems(spec, &roster, lowered, gamma, errors));
         let (_, constraints, changing) = matrices?;
         mistakes.of_result(changing.check_start(spec))?;

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | `outcome` | `done` (exit code 0), `mistakes` (1), `usage` (2) or `system` (3) |
 //! | `diagnostics` | the mistakes, as below; empty but for the outcome `mistakes` |
-//! | `message` | a sentence, of the outcomes `usage` and `system` |
+//! | `message` | a sentence, where what is wrong has no place in a file |
 //! | `summary` | the design, where it is done: [`crate::summary::json`] |
 //! | `files` | of the main job: `path`, and `changed`, false where the file held the same before |
 //! | `timings` | with `--timings`: `stage`, `seconds`, `peak_bytes` |

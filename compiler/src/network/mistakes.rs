@@ -32,6 +32,11 @@ impl Mistakes {
         self.of(|found| ended.map_err(|mistakes| *found = mistakes.into()).ok())
     }
 
+    /// Whether a mistake of this code was found.
+    pub fn include(&self, code: &str) -> bool {
+        self.found.0.iter().any(|mistake| mistake.code == code)
+    }
+
     /// `value` where nothing was wrong, else all mistakes in the order of the file.
     pub fn finish<T>(self, value: Option<T>) -> Result<T, Diagnostics> {
         self.found.finish(value)
