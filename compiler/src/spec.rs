@@ -224,11 +224,21 @@ impl Spec {
     /// The first syntax error, since one forgotten bracket spoils all that follows; where there is none, all unknown
     /// keys, missing keys, values of the wrong kind, NaNs and malformed names.
     pub fn parse(source: &Source) -> Result<Self, Diagnostics> {
-        let document = DeTable::parse(&source.text).map_err(|mistake| syntax(&mistake, &source.text))?;
+        let (spec, errors) = Self::read(source);
+        errors.finish(spec)
+    }
+
+    /// [`Spec::parse`] for those who look for further mistakes: beside the mistakes what could be read, where that is enough to
+    /// go on with. Values that are missing or wrong have their defaults there, or any that is allowed.
+    pub fn read(source: &Source) -> (Option<Self>, Diagnostics) {
+        let document = match DeTable::parse(&source.text) {
+            Ok(document) => document,
+            Err(mistake) => return (None, syntax(&mistake, &source.text).into()),
+        };
         let mut errors = Diagnostics::default();
         let mut file = Table::new("", first_line(&source.text), document.get_ref());
         let spec = read::spec(&mut file, &mut errors);
-        errors.finish(spec)
+        (spec, errors)
     }
 }
 

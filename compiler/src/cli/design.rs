@@ -50,7 +50,9 @@ pub struct Arguments {
 #[derive(Args)]
 pub struct Question {
     /// The network: model, constraints, weights (TOML)
-    file: PathBuf,
+    // Optional only where a subcommand is called instead, which clap sees to.
+    #[arg(required = true)]
+    file: Option<PathBuf>,
     /// How long to search for better gains: 0 not at all, 3 longest [default: `effort` in the file, else 0]
     #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u8).range(0..=i64::from(Effort::MOST)))]
     effort: Option<u8>,
@@ -110,7 +112,8 @@ fn told(
 
 /// The design that is asked for, with the plan for its start where one is given.
 pub fn designed(question: &Question, watch: &mut Progressing) -> Result<Design, Failure> {
-    let source = Source::read(&question.file)?;
+    let file = question.file.as_deref().unwrap_or_else(|| unreachable!("clap asks for FILE where there is no command"));
+    let source = Source::read(file)?;
     let effort = question.effort.and_then(Effort::new);
     let request = Request { scalar: question.scalar, effort, anywhere: question.start.is_some() };
     let starts = question.start.as_deref().map(Source::read).transpose()?;
@@ -140,7 +143,8 @@ fn measured(targets: &[String], design: &Design, emitted: &mut Emitted) -> Resul
 impl Arguments {
     /// Nothing that is read may be written, and no folder can be; better said before the design than after it.
     fn check_targets(&self) -> Result<(), String> {
-        let inputs: Vec<_> = [Some(&self.question.file), self.question.start.as_ref()].into_iter().flatten().collect();
+        let inputs: Vec<_> =
+            [self.question.file.as_ref(), self.question.start.as_ref()].into_iter().flatten().collect();
         let same = |one: &Path, other: &Path| match (one.canonicalize(), other.canonicalize()) {
             (Ok(one), Ok(other)) => one == other,
             _ => one == other,

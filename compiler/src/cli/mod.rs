@@ -20,7 +20,7 @@ use output::Format;
 #[command(version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, after_help = EXIT_CODES)]
 pub struct CommandLine {
     #[command(flatten)]
-    design: Option<design::Arguments>,
+    design: design::Arguments,
     #[command(subcommand)]
     command: Option<Command>,
 }
@@ -37,10 +37,9 @@ impl CommandLine {
     /// Does what was asked, and tells what went wrong; then nothing is half-written.
     pub fn run(self) -> Exit {
         let format = self.format();
-        let done = match (self.command, self.design) {
-            (Some(command), _) => command.run(),
-            (None, Some(arguments)) => design::run(&arguments),
-            (None, None) => unreachable!("clap asks for FILE where there is no command"),
+        let done = match self.command {
+            Some(command) => command.run(),
+            None => design::run(&self.design),
         };
         match done {
             Ok(()) => Exit::Fine,
@@ -53,11 +52,11 @@ impl CommandLine {
 
     /// For whom failures are told.
     fn format(&self) -> Format {
-        match (&self.command, &self.design) {
-            (Some(Command::Check(arguments)), _) => arguments.output.format,
-            (Some(Command::Explain(arguments)), _) => arguments.format,
-            (Some(Command::Completions(_) | Command::New(_)), _) | (None, None) => Format::Text,
-            (None, Some(arguments)) => arguments.output.format,
+        match &self.command {
+            Some(Command::Check(arguments)) => arguments.output.format,
+            Some(Command::Explain(arguments)) => arguments.format,
+            Some(Command::Completions(_) | Command::New(_)) => Format::Text,
+            None => self.design.output.format,
         }
     }
 }
