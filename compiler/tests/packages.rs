@@ -34,6 +34,8 @@ fn a_manual_says_what_a_node_needs() {
     assert!(manifest.contains(pinned) && manifest.contains("four_tank_left"), "{manifest}");
     let manual = fs::read_to_string(root.join("nodes/left/README.md")).unwrap();
     for part in [
+        "# `four_tank_left`",
+        "\n        while let Some(bytes) = machine.received() {\n",
         "2 states, 1 input, 1 output",
         "one step every 0.5 s, 3 steps ahead, in `f64`",
         "| state 0 | `h1 [cm]` | `h1 <= 27.6 cm`, `h1 >= -12.4 cm` |",

@@ -43,7 +43,7 @@ impl Manual<'_> {
         let loads =
             if s.loads.is_empty() { String::new() } else { format!(", {}", count(s.loads.len(), "measured load")) };
         format!(
-            "# {}\n\nThe controller of subsystem {} of network {}, by distributed predictive control for tracking: {}, {}, \
+            "# `{}`\n\nThe controller of subsystem {} of network {}, by distributed predictive control for tracking: {}, {}, \
              {}{loads}; one step every {} s, {} steps ahead, in `{}`. It needs a core and `dpc-runtime`, which has `no_std`, no \
              allocation, no `unsafe` and no panic.\n\nNumbers are deviations from the operating point of the model, in its units.\n",
             self.name,
@@ -259,16 +259,15 @@ impl Manual<'_> {
     }
 }
 
-const RECEIVE: &str = "\
-        while let Some(bytes) = machine.received() {
+const RECEIVE: &str = "        while let Some(bytes) = machine.received() {
             if let Err(refused) = node::accept_bytes(&mut inbox, bytes) {
                 machine.report(&refused);
             }
         }
 ";
 
-const REDRAW: &str = "\
-        for refused in node::redraw(&mut controller, &inbox, rule).iter().filter_map(|drawn| drawn.err()) {
+const REDRAW: &str =
+    "        for refused in node::redraw(&mut controller, &inbox, rule).iter().filter_map(|drawn| drawn.err()) {
             machine.report(&refused);
         }
 ";
