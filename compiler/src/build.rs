@@ -13,12 +13,10 @@
 //! opt-level = 3
 //! ```
 //!
-//! `build.rs`:
+//! In `main` of `build.rs`:
 //!
 //! ```no_run
-//! fn main() {
-//!     dpc_codegen::Build::new("system.toml").compile();
-//! }
+//! dpc_codegen::Build::new("system.toml").compile();
 //! ```
 //!
 //! In the crate, for a network whose `name` is `four-tank`:

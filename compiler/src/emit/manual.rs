@@ -87,14 +87,14 @@ impl Manual<'_> {
             text,
             "fn run(machine: &mut impl Machine) -> Result<(), dpc_runtime::StartError> {{\n    \
              // At rest, where all outputs of the network are 0: the same numbers on every node.\n    \
-             let rest = node::steady_state({rest});\n    let (mut controller, {}message) = node::start(&rest{})?;\n{}    \
+             let rest = node::steady_state({rest});\n    let (mut controller, {}message) = node::start(&rest{})?;\n    \
+             let mut inbox = node::Inbox::new();\n    \
              machine.send(&node::to_bytes(&message));\n    while machine.next_period() {{\n{}{}        \
              let step = controller.{};\n        machine.apply(&step.input);\n        \
              machine.send(&node::to_bytes(&step.message)); // due before the neighbours' next step\n        \
              if !step.status.is_guaranteed() {{\n            machine.report(&step.status);\n        }}\n    }}\n    Ok(())\n}}\n```\n",
             when(own, "mut loads, "),
             when(own, ", &machine.loads()"),
-            "    let mut inbox = node::Inbox::new();\n",
             when(hears, RECEIVE),
             when(self.node.sizes.nh > 0, REDRAW),
             if own {
