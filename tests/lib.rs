@@ -9,9 +9,11 @@ pub mod large_network;
 pub mod least_distance;
 pub mod load_shares;
 pub mod manual;
+pub mod mutations;
 pub mod plants;
 pub mod problem_checker;
 pub mod random_network;
+pub mod refusal;
 pub mod runtime_twin;
 pub mod start_checker;
 pub mod strips;
@@ -46,8 +48,8 @@ pub fn compile(source: Source) -> Result<(), Diagnostics> {
 /// # Errors
 /// The mistakes of the first stage that finds any.
 pub fn lower(source: Source) -> Result<Network, Diagnostics> {
-    let spec = Spec::parse(&source)?;
-    Network::new(&spec, source)
+    let (spec, mistakes) = Spec::read(&source);
+    Network::after(spec.as_ref(), mistakes, source)
 }
 
 /// A design by the proof and the matrices that large networks have, whatever the size; `None` where that proof fails, or a
@@ -72,6 +74,16 @@ pub fn cases(folder: &str) -> Vec<Source> {
         .collect();
     paths.sort();
     paths.iter().map(|path| read(path)).collect()
+}
+
+/// Every network of the repository that is designed: the examples first.
+///
+/// # Panics
+/// A file cannot be read: the checkout is broken.
+pub fn networks() -> Vec<Source> {
+    let examples = ["four_tank", "mass_chain", "robots"];
+    let examples = examples.map(|name| read(Path::new(&format!("../examples/{name}/system.toml"))));
+    examples.into_iter().chain(cases("accept")).chain(cases("emit")).collect()
 }
 
 /// The file at `path`, relative to this package.

@@ -13,12 +13,10 @@
 //! opt-level = 3
 //! ```
 //!
-//! `build.rs`:
+//! In `main` of `build.rs`:
 //!
 //! ```no_run
-//! fn main() {
-//!     dpc_codegen::Build::new("system.toml").compile();
-//! }
+//! dpc_codegen::Build::new("system.toml").compile();
 //! ```
 //!
 //! In the crate, for a network whose `name` is `four-tank`:
@@ -48,8 +46,8 @@ mod stamp;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use crate::design::Design;
-use crate::diagnostic::{Diagnostics, Source};
+use crate::design::{Design, Request};
+use crate::diagnostic::{Diagnostic, Diagnostics, Source};
 use crate::emit::{Emitted, package_folder, write_all};
 use crate::export::design_json;
 use crate::network::Scalar;
@@ -89,8 +87,7 @@ impl Build {
         Self { effort: Effort::new(level.min(Effort::MOST)), ..self }
     }
 
-    /// Starts from the states in this file (a table per subsystem, with `x0`) instead of those in the network's. The scalar type
-    /// is the network file's then.
+    /// Starts from the states in this file (a table per subsystem, with `x0`) instead of those in the network's.
     pub fn start(self, file: impl Into<PathBuf>) -> Self {
         Self { start: Some(file.into()), ..self }
     }
@@ -176,15 +173,11 @@ impl Build {
             let source = source.clone();
             move |mistakes: Diagnostics| Failure::new(&mistakes, &source)
         };
-        let design = match (starts, self.scalar) {
-            ([starts, ..], _) => {
-                let design = Design::anywhere(source.clone(), self.effort, &mut ()).map_err(failed(source))?;
-                design.started(starts).map_err(failed(starts))?
-            }
-            ([], Some(scalar)) => {
-                Design::in_scalar(source.clone(), scalar, self.effort, &mut ()).map_err(failed(source))?
-            }
-            ([], None) => Design::watched(source.clone(), self.effort, &mut ()).map_err(failed(source))?,
+        let request = Request { scalar: self.scalar, effort: self.effort, anywhere: !starts.is_empty() };
+        let design = Design::requested(source.clone(), &request, &mut ()).map_err(failed(source))?;
+        let design = match starts {
+            [starts, ..] => design.started(starts).map_err(failed(starts))?,
+            [] => design,
         };
         Ok(match self.samples {
             Some(samples) => design.counted(samples),
@@ -195,7 +188,7 @@ impl Build {
 
 impl Failure {
     fn new(mistakes: &Diagnostics, source: &Source) -> Self {
-        let alone = |mistake| Diagnostics(vec![mistake]).render(source, false);
+        let alone = |mistake: Diagnostic| Diagnostics::from(mistake).render(source, false);
         Self(mistakes.0.iter().cloned().map(alone).collect())
     }
 }
@@ -217,15 +210,7 @@ impl std::error::Error for Failure {}
 /// The text of `file`, under its whole path: who reads an error may be in another folder.
 fn located(file: &Path) -> Result<Source, Failure> {
     let path = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
-    read(&path).map_err(|mistake| Failure(vec![mistake]))
-}
-
-/// The text of `file`.
-///
-/// # Errors
-/// What to tell the user, where it cannot be read or is no text.
-pub fn read(file: &Path) -> Result<Source, String> {
-    Source::read(file).map_err(|why| why.to_string())
+    Source::read(&path).map_err(|why| Failure(vec![why.to_string()]))
 }
 
 fn rerun_if_changed(file: &Path) {

@@ -10,13 +10,24 @@ pub const COMPILER: Package = ("dpc-codegen", "compiler");
 
 /// A line for `[dependencies]`: the package that this compiler was built with, where its sources still are, else the one of its
 /// version. `more` are further keys.
-pub fn dependency((name, folder): Package, more: &str) -> String {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).join(folder);
-    let path = path.canonicalize().ok().filter(|path| path.join("Cargo.toml").is_file());
-    let more = if more.is_empty() { String::new() } else { format!(", {more}") };
-    let version = env!("CARGO_PKG_VERSION");
-    match path {
-        Some(path) => format!("{name} = {{ path = {path:?}{more} }}\n"),
-        None => format!("{name} = {{ version = \"{version}\"{more} }}\n"),
-    }
+pub fn dependency(package: Package, more: &str) -> String {
+    let version = format!("version = {VERSION:?}");
+    line(package, &[&path(package).unwrap_or(version), more])
+}
+
+/// The same, and no other version than this one.
+pub fn pinned(package: Package) -> String {
+    line(package, &[&format!("version = \"={VERSION}\""), &path(package).unwrap_or_default()])
+}
+
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+fn path((_, folder): Package) -> Option<String> {
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).join(folder).canonicalize().ok()?;
+    path.join("Cargo.toml").is_file().then(|| format!("path = {path:?}"))
+}
+
+fn line((name, _): Package, keys: &[&str]) -> String {
+    let keys: Vec<&str> = keys.iter().copied().filter(|key| !key.is_empty()).collect();
+    format!("{name} = {{ {} }}\n", keys.join(", "))
 }

@@ -5,7 +5,7 @@ use crate::gains::{Gains, Settled};
 use crate::iterations;
 use crate::network::{Network, Scalar, Start};
 use crate::problems::Problems;
-use crate::rounding::asked;
+use crate::rounding::{asked, largest_share};
 use crate::sets::Sets;
 use crate::sizing::Sizing;
 use crate::spec::Spec;
@@ -177,23 +177,21 @@ impl Design {
 
 /// The mistakes of a design in single precision: where the same exists in double precision, rounding is to blame.
 fn too_coarse(network: &Network, mistakes: Diagnostics) -> Diagnostics {
-    let network = Network { scalar: Scalar::Double, ..network.clone() };
-    match mistakes.0.first() {
-        Some(first) if first.code != code::SINGLE_PRECISION && Design::searched(network.clone(), &mut ()).is_ok() => {
-            let (place, label, way_out) = asked(&network);
-            let error = Diagnostic::error(code::SINGLE_PRECISION, "this network needs double precision");
-            let error = error.at(place, label).note(format!("in single precision {}", first.title));
-            let error = first.notes.iter().fold(error, |error, note| error.note(note.clone()));
-            error.help(format!("{way_out}, or bound states and inputs no more generously than they need")).into()
-        }
-        _ => mistakes,
-    }
+    let Some(first) = mistakes.0.first().filter(|first| first.code != code::SINGLE_PRECISION) else { return mistakes };
+    let double = Network { scalar: Scalar::Double, ..network.clone() };
+    let Ok(double) = Design::searched(double, &mut ()) else { return mistakes };
+    let (place, label, way_out) = asked(network);
+    let error = Diagnostic::error(code::SINGLE_PRECISION, "this network needs double precision").at(place, label);
+    let error = largest_share(network, &double.gains).into_iter().fold(error, Diagnostic::note);
+    let error = error.note(format!("in single precision {}", first.title));
+    let error = first.notes.iter().fold(error, |error, note| error.note(note.clone()));
+    error.help(format!("{way_out}, or bound states and inputs no more generously than they need")).into()
 }
 
 fn read(source: Source, watch: &mut dyn Watch) -> Result<Network, Diagnostics> {
-    let spec = Spec::parse(&source)?;
+    let (spec, mistakes) = Spec::read(&source);
     watch.stage("Spec");
-    let network = Network::new(&spec, source)?;
+    let network = Network::after(spec.as_ref(), mistakes, source)?;
     watch.stage("Network");
     Ok(network)
 }

@@ -1,6 +1,7 @@
-//! Errors that point into `system.toml`.
+//! Errors that point into `system.toml`: for people by [`Diagnostics::render`], for machines by [`Diagnostics::to_json`]; every code has
+//! a page in [`crate::explain`].
 
-mod json;
+pub mod json;
 mod source;
 
 use std::fmt;

@@ -17,6 +17,7 @@ use crate::optim::responses::Responses;
 use crate::optim::riccati::lqr;
 use crate::optim::rounding::to_digits;
 use crate::optim::sparse::Sparse;
+use crate::sets::small_gain_mistake;
 use crate::sharing::{Key, shared};
 pub use interconnection::{Layer, interconnection};
 pub use large::{MOST_DENSE, is_too_large_for_dense, reference_states};
@@ -107,14 +108,16 @@ impl Gains {
     /// With collective matrices; the gains of the subsystems are made where they are not known.
     fn dense(network: &Network, known: Option<Vec<SubsystemGains>>) -> Result<Self, Diagnostics> {
         let collective = Collective::new(network);
-        let rank_margin = Some(collective.assumption_2(network)?);
-        let subsystems = known.map_or_else(|| gains_of_each(network), Ok)?;
-        let rho_F = collective.assumption_1(network, &subsystems)?;
+        let rank_margin = collective.assumption_2(network);
+        let subsystems = known.map_or_else(|| gains_of_each(network), Ok);
+        let (rank_margin, subsystems) = both(rank_margin, subsystems)?;
         let calK: Vec<_> = subsystems.iter().map(SubsystemGains::calK).collect();
         let calF = collective.calF(network, &calK.iter().collect::<Vec<_>>());
         let rho_calF = spectral_radius(&calF);
+        let rho_F = collective.assumption_1(network, &subsystems);
         let contraction =
-            Contraction::new(&calF).ok_or_else(|| assumption_3_fails(network, &collective, &subsystems, rho_calF))?;
+            Contraction::new(&calF).ok_or_else(|| assumption_3_fails(network, &collective, &subsystems, rho_calF));
+        let (rho_F, contraction) = all_of(network, &subsystems, rho_F, contraction)?;
         let calG = collective.calG(network);
         Ok(Self {
             calG: Sparse::from_blocks(calG.nrows(), calG.ncols(), [((0, 0), &calG)]),
@@ -124,7 +127,7 @@ impl Gains {
             calF: Sparse::from_blocks(calF.nrows(), calF.ncols(), [((0, 0), &calF)]),
             proof: Proof::Norm(contraction),
             rho_F,
-            rank_margin,
+            rank_margin: Some(rank_margin),
             rho_calF,
         })
     }
@@ -139,6 +142,40 @@ impl Gains {
     /// First reference state of each subsystem, and the number of all at the end.
     pub fn chi_starts(&self) -> Vec<usize> {
         self.chi_offset.iter().copied().chain([self.calF.nrows()]).collect()
+    }
+}
+
+/// Assumption 2, and the gains of the subsystems. Where the first fails, that a subsystem cannot integrate the error of its outputs
+/// says the same once more.
+fn both(
+    rank_margin: Result<f64, Diagnostic>,
+    subsystems: Result<Vec<SubsystemGains>, Diagnostics>,
+) -> Result<(f64, Vec<SubsystemGains>), Diagnostics> {
+    match (rank_margin, subsystems) {
+        (Ok(margin), Ok(subsystems)) => Ok((margin, subsystems)),
+        (Ok(_), Err(mistakes)) => Err(mistakes),
+        (Err(mistake), Ok(_)) => Err(mistake.into()),
+        (Err(mistake), Err(Diagnostics(others))) => {
+            let others = others.into_iter().filter(|other| other.code != code::NO_INTEGRATION);
+            Err(Diagnostics(std::iter::once(mistake).chain(others).collect()))
+        }
+    }
+}
+
+/// Assumptions 1 and 3; where only the latter fails, Assumption 4 is asked too, since the K_i are all that it rests on. (Where the
+/// first fails, the fourth does.)
+fn all_of<T>(
+    network: &Network,
+    gains: &[SubsystemGains],
+    first: Result<f64, Diagnostic>,
+    third: Result<T, Diagnostic>,
+) -> Result<(f64, T), Diagnostics> {
+    match (first, third) {
+        (Ok(rho), Ok(proof)) => Ok((rho, proof)),
+        (Ok(_), Err(mistake)) => {
+            Err(Diagnostics(std::iter::once(mistake).chain(small_gain_mistake(network, gains)).collect()))
+        }
+        (Err(mistake), third) => Err(Diagnostics(std::iter::once(mistake).chain(third.err()).collect())),
     }
 }
 

@@ -11,6 +11,7 @@ mod hold;
 mod interaction;
 mod limits;
 mod loads;
+mod mistakes;
 mod model;
 mod roster;
 mod rows;
@@ -29,7 +30,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::convex::Bounded;
 /// q of (6), (30).
 pub use crate::convex::RateNorm as Norm;
-use crate::diagnostic::{Diagnostics, Place, Source};
+use crate::diagnostic::{Diagnostics, Place, Source, code};
 use crate::gains::GainChoice;
 use crate::spec::{self, Spec};
 use crate::tuning::Effort;
@@ -37,6 +38,7 @@ use changing::Changing;
 use form::Form;
 pub use hold::{Fastest, Hold, HoldError};
 use limits::{Space, polytope};
+use mistakes::Mistakes;
 use model::Model;
 use roster::{Member, Roster};
 pub use starts::{Start, StartPlaces};
@@ -366,19 +368,27 @@ impl Network {
     /// Resolves, checks and lowers what the file says; `source` is the text `spec` was read from.
     ///
     /// # Errors
-    /// All mistakes of the first of these phases that finds any: names, matrices and constraints, sets and tuning.
+    /// All mistakes in names, matrices, constraints, sets and tuning, but for those that may only follow from others.
     pub fn new(spec: &Spec, source: Source) -> Result<Self, Diagnostics> {
-        let form = Form::of(spec)?;
-        let (settings, roster) = names(spec)?;
-        let (models, constraints, changing) = matrices(form, spec, &roster)?;
-        let subsystems = subsystems(spec, &roster, &models, &changing, settings.reference.gamma)?;
-        let (subsystems, hold) = match &settings.sampling {
-            Some(sampling) => hold::sample(subsystems, sampling).map(|(subsystems, hold)| (subsystems, Some(hold)))?,
-            None => (subsystems, None),
-        };
-        let start = Start::of_file(spec, &subsystems)?;
-        changing.check_start(spec)?;
-        Ok(Self {
+        Self::after(Some(spec), Diagnostics::default(), source)
+    }
+
+    /// [`Network::new`] after [`Spec::read`], whose mistakes stand beside those found here.
+    ///
+    /// # Errors
+    /// As [`Network::new`], and `found`, where there is any.
+    pub fn after(spec: Option<&Spec>, found: Diagnostics, source: Source) -> Result<Self, Diagnostics> {
+        let Some(spec) = spec else { return found.finish(None) };
+        let mut mistakes = Mistakes::new(spec, found);
+        let parts = Parts::new(spec, &mut mistakes);
+        let start = parts.as_ref().and_then(|parts| mistakes.of_result(Start::of_file(spec, &parts.subsystems)));
+        let network = mistakes.finish(parts.zip(start))?;
+        Ok(Self::of_parts(network, spec, source))
+    }
+
+    fn of_parts((parts, start): (Parts, Option<Start>), spec: &Spec, source: Source) -> Self {
+        let Parts { settings, subsystems, hold, constraints, changing } = parts;
+        Self {
             name: spec.name.value.clone(),
             sample_time: settings.sample_time,
             horizon: settings.horizon,
@@ -396,7 +406,43 @@ impl Network {
             source,
             files: spec.files.clone(),
             places: NetworkPlaces::of(spec),
-        })
+        }
+    }
+}
+
+/// What the phases of the lowering make.
+struct Parts {
+    settings: settings::Settings,
+    subsystems: Vec<Subsystem>,
+    hold: Option<Hold>,
+    constraints: Vec<CouplingConstraint>,
+    changing: Changing,
+}
+
+impl Parts {
+    /// Every phase goes as far as the ones before it allow.
+    fn new(spec: &Spec, mistakes: &mut Mistakes) -> Option<Self> {
+        let settings = mistakes.of(|errors| settings::settings(spec, errors));
+        let form = mistakes.of_result(Form::of(spec));
+        let roster = mistakes.of(|errors| Some(Roster::new(spec, errors)).filter(Roster::is_named))?;
+        let matrices = form.and_then(|form| mistakes.of(|errors| matrices(form, spec, &roster, errors)));
+        let gamma = settings.as_ref().map_or(settings::DEFAULT_GAMMA, |settings| settings.reference.gamma);
+        let lowered = matrices.as_ref().map(|(models, _, changing)| (&models[..], changing));
+        // Of a partition that is wrong it is not known who owns what.
+        if mistakes.include(code::PARTITION) {
+            return None;
+        }
+        let subsystems = mistakes.of(|errors| subsystems(spec, &roster, lowered, gamma, errors));
+        let (_, constraints, changing) = matrices?;
+        mistakes.of_result(changing.check_start(spec))?;
+        let (settings, subsystems) = (settings?, subsystems?);
+        let (subsystems, hold) = match &settings.sampling {
+            Some(sampling) => {
+                mistakes.of_result(hold::sample(subsystems, sampling)).map(|(sampled, hold)| (sampled, Some(hold)))?
+            }
+            None => (subsystems, None),
+        };
+        Some(Self { settings, subsystems, hold, constraints, changing })
     }
 }
 
@@ -418,55 +464,52 @@ impl Network {
     }
 }
 
-fn names(spec: &Spec) -> Result<(settings::Settings, Roster), Diagnostics> {
-    let mut errors = Diagnostics::default();
-    let settings = settings::settings(spec, &mut errors);
-    let roster = Roster::new(spec, &mut errors);
-    errors.finish(settings.map(|settings| (settings, roster)))
-}
-
 /// Every model in interaction form, the outputs of coupling constraints among the coupling outputs.
 fn matrices(
     form: Form,
     spec: &Spec,
     roster: &Roster,
-) -> Result<(Vec<Model>, Vec<CouplingConstraint>, Changing), Diagnostics> {
-    let mut errors = Diagnostics::default();
-    let models = model::models(form, spec, roster, &mut errors);
-    let constraints = constraints::constraints(spec, roster, &mut errors);
-    let changing = Changing::new(spec, roster, &mut errors);
-    let ((mut models, constraints), changing) = errors.finish(models.zip(constraints).zip(changing))?;
+    errors: &mut Diagnostics,
+) -> Option<(Vec<Model>, Vec<CouplingConstraint>, Changing)> {
+    let models = model::models(form, spec, roster, errors);
+    let constraints = constraints::constraints(spec, roster, errors);
+    let changing = Changing::new(spec, roster, errors);
+    let (mut models, constraints, changing) = (models?, constraints?, changing?);
+    if !errors.is_empty() {
+        return None;
+    }
     let fixed = constraints.iter().flat_map(constraints::Constraint::rows);
     constraints::export_outputs(&mut models, fixed.chain(changing.rows(roster)));
     let constraints = constraints.into_iter().map(|constraint| constraints::resolve(constraint, &models)).collect();
-    Ok((models, constraints, changing))
+    Some((models, constraints, changing))
 }
 
+/// Without models, only what needs none is checked.
 fn subsystems(
     spec: &Spec,
     roster: &Roster,
-    models: &[Model],
-    changing: &Changing,
+    lowered: Option<(&[Model], &Changing)>,
     gamma: f64,
-) -> Result<Vec<Subsystem>, Diagnostics> {
-    let mut errors = Diagnostics::default();
-    let exposed = |i: usize| changing.exposed(i, &models[i]);
-    let indices = 0..models.len();
-    let all: Vec<_> = indices.map(|i| subsystem(i, spec, roster, &models[i], exposed(i), gamma, &mut errors)).collect();
-    errors.finish(all.into_iter().collect())
+    errors: &mut Diagnostics,
+) -> Option<Vec<Subsystem>> {
+    let lowered = |i: usize| {
+        let (models, changing) = lowered?;
+        Some((&models[i], changing.exposed(i, &models[i])))
+    };
+    let indices = 0..spec.subsystems.len();
+    let all: Vec<_> = indices.map(|i| subsystem(i, spec, roster, lowered(i), gamma, errors)).collect();
+    all.into_iter().collect()
 }
 
 fn subsystem(
     i: usize,
     spec: &Spec,
     roster: &Roster,
-    model: &Model,
-    exposed: Option<Exposed>,
+    lowered: Option<(&Model, Option<Exposed>)>,
     gamma: f64,
     errors: &mut Diagnostics,
 ) -> Option<Subsystem> {
     let (given, member) = (&spec.subsystems[i], &roster.members[i]);
-    let coupling_outputs = coupling_outputs(model, member);
     let X = polytope(&space("x", "state", &member.states, member), &given.x, errors);
     let U = polytope(&space("u", "input", &member.inputs, member), &given.u, errors);
     let w = disturbance::disturbance(&space("w", "state", &member.states, member), &given.w, errors);
@@ -474,9 +517,11 @@ fn subsystem(
     let loads = loads::loads(given, member, errors);
     let weights = tuning::weights(given, member, gamma, spec, errors);
     let gains = weights.as_ref().and_then(|weights| tuning::gains(given, member, weights, errors));
+    let y_weights = tuning::y_weights(&given.y_weight, member, errors);
+    let (model, exposed) = lowered?;
+    let coupling_outputs = coupling_outputs(model, member);
     let cover = X.as_ref().and_then(|X| tuning::cover(&given.cover, member, &model.C, X, errors));
     let reserve = tuning::reserve(&given.reserve, member, &coupling_outputs, errors);
-    let y_weights = tuning::y_weights(&given.y_weight, member, errors);
     let (Model { A, B, C, E, L, Cz, Dz }, weights) = (model.clone(), weights?);
     Some(Subsystem {
         name: member.name.clone(),
@@ -535,10 +580,8 @@ impl SubsystemPlaces {
         let whole = |matrix: fn(&spec::Collective) -> &spec::Matrix| {
             spec.collective.as_ref().map(|collective| matrix(collective).place.clone())
         };
-        let index = |import: &spec::Import| {
-            let j = roster.members.iter().position(|member| member.name == import.neighbour.value)?;
-            Some((j, import.neighbour.place.clone()))
-        };
+        let index =
+            |import: &spec::Import| Some((roster.index(&import.neighbour.value)?, import.neighbour.place.clone()));
         Self {
             header: given.name.place.clone(),
             A: place(&given.A).or_else(|| whole(|collective| &collective.A)),

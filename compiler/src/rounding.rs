@@ -53,6 +53,7 @@ use crate::convex::Polytope;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, code};
 use crate::gains::{Gains, SubsystemGains};
 use crate::network::{NamedPolytope, Network, Scalar, Signal, Subsystem};
+use crate::optim::rounding::to_digits;
 use crate::problems::Stages;
 
 /// Half-widths of boxes, in the units of the signals; all 0 in double precision.
@@ -135,12 +136,20 @@ pub fn roundings(network: &Network, gains: &Gains) -> Result<Vec<Rounding>, Diag
         return Ok(parts.iter().map(Rounding::none).collect());
     }
     is_covered(network)?;
-    let ranges = parts.iter().zip(&gains.subsystems).map(|(s, g)| Ranges::new(network, s, g));
-    let ranges: Vec<Ranges> = ranges.collect::<Result<_, _>>()?;
+    let ranges = all_ranges(network, gains)?;
     let of = |(i, s): (usize, &Subsystem)| {
         Rounding::single(network, &gains.subsystems[i], &ranges, i).ok_or_else(|| uneven(network, s).into())
     };
     parts.iter().enumerate().map(of).collect()
+}
+
+/// # Errors
+/// E0132, of every subsystem that has one.
+fn all_ranges(network: &Network, gains: &Gains) -> Result<Vec<Ranges>, Diagnostics> {
+    let mut errors = Diagnostics::default();
+    let ranges = network.subsystems.iter().zip(&gains.subsystems).map(|(s, g)| Ranges::new(network, s, g));
+    let ranges: Vec<_> = ranges.map(|ranges| ranges.map_err(|error| errors.push(error)).ok()).collect();
+    errors.finish(ranges.into_iter().collect())
 }
 
 /// 2^-24.
@@ -339,16 +348,37 @@ impl Ranges {
     fn new(network: &Network, s: &Subsystem, g: &SubsystemGains) -> Result<Self, Diagnostic> {
         let (x, dx) = hull(&s.X, &s.states).map_err(|signal| unbounded(network, s, signal, "state"))?;
         let (u, du) = hull(&s.U, &s.inputs).map_err(|signal| unbounded(network, s, signal, "input"))?;
+        Self::of(s, g, (x, dx), (u, du)).ok_or_else(|| uneven(network, s))
+    }
+
+    /// Of signals with these largest magnitudes and widths; `None` where they are too large or uneven to compute with.
+    fn of(
+        s: &Subsystem,
+        g: &SubsystemGains,
+        (x, dx): (DVector<f64>, DVector<f64>),
+        (u, du): (DVector<f64>, DVector<f64>),
+    ) -> Option<Self> {
         let z = s.Cz.abs() * &x + s.Dz.abs() * &u;
         let z_off = &z * gamma(s.n() + s.m());
         let Kx = g.Kx.abs() * &x;
-        let e = left_inverse(&g.Ke).ok_or_else(|| uneven(network, s))? * (&u + &Kx);
+        let e = left_inverse(&g.Ke)? * (&u + &Kx);
         let u_ref = (Kx + g.Ke.abs() * &e) * gamma(terms(s));
         let all = [&x, &u, &z, &e];
         if !all.iter().all(|range| range.iter().all(|size| *size <= LARGEST)) {
-            return Err(uneven(network, s));
+            return None;
         }
-        Ok(Self { x, u, z, z_off, u_ref, e, dx, du })
+        Some(Self { x, u, z, z_off, u_ref, e, dx, du })
+    }
+
+    /// The same without one signal, a state or after all states an input.
+    fn without(&self, s: &Subsystem, g: &SubsystemGains, signal: usize) -> Option<Self> {
+        let (mut x, mut dx, mut u, mut du) = (self.x.clone(), self.dx.clone(), self.u.clone(), self.du.clone());
+        let (size, width) = match signal.checked_sub(s.n()) {
+            None => (&mut x[signal], &mut dx[signal]),
+            Some(input) => (&mut u[input], &mut du[input]),
+        };
+        (*size, *width) = (0.0, 0.0);
+        Self::of(s, g, (x, dx), (u, du))
     }
 }
 
@@ -449,4 +479,69 @@ fn uneven(network: &Network, s: &Subsystem) -> Diagnostic {
         .at(place, label)
         .note("its weights or gains are too close to singular, or its signals too large, for what rounding takes to be bounded")
         .help("write scalar = \"f64\", or scale the units so that weights are of similar size")
+}
+
+/// The row of X_i x U_i that rounding takes the largest share of, and the signal whose range has the largest part in that: in
+/// words, with numbers; `None` where nothing can be said. `gains` are of a design in double precision.
+pub(crate) fn largest_share(network: &Network, gains: &Gains) -> Option<String> {
+    let ranges = all_ranges(network, gains).ok()?;
+    let worst = |i: usize| Some((i, shares(network, gains, &ranges, i)?));
+    let of_each = (0..ranges.len()).filter_map(worst).filter_map(|(i, shares)| {
+        let (row, share) = shares.iter().copied().enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b))?;
+        Some((i, row, share))
+    });
+    let (i, row, share) = of_each.max_by(|(.., a), (.., b)| a.total_cmp(b))?;
+    let s = &network.subsystems[i];
+    let name = s.X.rows.iter().chain(&s.U.rows).nth(row)?;
+    let taken = format!("rounding alone takes {} % of `{name}` of `{}` or more", to_digits(100.0 * share, 3), s.name);
+    let part = contributor(network, gains, ranges, i, (row, share));
+    Some(taken + &part.map_or(String::new(), |part| format!(", and most of that comes from {part}")))
+}
+
+/// `` the range of `h`, up to 1000 cm (98 % of it) ``: everything is linear in the ranges.
+fn contributor(
+    network: &Network,
+    gains: &Gains,
+    mut ranges: Vec<Ranges>,
+    i: usize,
+    (row, share): (usize, f64),
+) -> Option<String> {
+    let (s, g) = (&network.subsystems[i], &gains.subsystems[i]);
+    let mut parts = Vec::new();
+    for (signal, named) in s.states.iter().chain(&s.inputs).enumerate() {
+        let size = ranges[i].x.iter().chain(&ranges[i].u).nth(signal).copied()?;
+        let Some(without) = ranges[i].without(s, g, signal) else { continue };
+        let whole = std::mem::replace(&mut ranges[i], without);
+        let rest = shares(network, gains, &ranges, i).map(|shares| shares[row]);
+        ranges[i] = whole;
+        parts.extend(rest.map(|rest| (1.0 - rest / share, size, named)));
+    }
+    let (part, size, named) = parts.into_iter().max_by(|(a, ..), (b, ..)| a.total_cmp(b))?;
+    let (size, unit) = (to_digits(size, 4), named.unit_suffix());
+    Some(format!("the range of `{}`, up to {size}{unit} ({:.0} % of it)", named.name, 100.0 * part))
+}
+
+/// Steps of the tube that are summed: fewer than all, so that the shares are no larger than they are.
+const STEPS: usize = 1000;
+
+/// Of each row of X_i and U_i, what the rounding of this subsystem takes by itself, directly and through the tube.
+fn shares(network: &Network, gains: &Gains, ranges: &[Ranges], i: usize) -> Option<Vec<f64>> {
+    let (s, g) = (&network.subsystems[i], &gains.subsystems[i]);
+    let rounding = Rounding::single(network, g, ranges, i)?;
+    let (mut x, mut u) = (s.X.H.clone(), &s.U.H * &g.K);
+    let (mut of_x, mut of_u) = (DVector::zeros(x.nrows()), s.U.H.abs() * &rounding.u);
+    for _ in 0..STEPS {
+        of_x += x.abs() * &rounding.w;
+        of_u += u.abs() * &rounding.w;
+        (x, u) = (x * &g.F, u * &g.F);
+    }
+    let over_x = (0..s.X.h.len()).map(|r| {
+        let row = SignalRow::of_states(s, s.X.H.row(r).transpose());
+        (of_x[r] + rounding.charge(&row, s.X.h[r])) / s.X.h[r]
+    });
+    let over_u = (0..s.U.h.len()).map(|r| {
+        let row = SignalRow::of_inputs(s, s.U.H.row(r).transpose());
+        (of_u[r] + rounding.charge(&row, s.U.h[r])) / s.U.h[r]
+    });
+    Some(over_x.chain(over_u).collect())
 }

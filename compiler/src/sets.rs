@@ -150,7 +150,7 @@ impl Sets {
     pub fn with_sums(network: &Network, gains: &Gains, sums: Sums) -> Result<Self, Diagnostics> {
         let z = z_starts(network);
         let (small_gain, rho_small_gain) = small_gain_matrix(network, &gains.subsystems);
-        if rho_small_gain.is_nan() || rho_small_gain >= 1.0 {
+        if !is_small(rho_small_gain) {
             return Err(small_gain_fails(network, &small_gain, &z, rho_small_gain).into());
         }
         let zeta = nominal_zeta(network, &small_gain, &z);
@@ -161,7 +161,7 @@ impl Sets {
         let terminals = terminals(network, gains)?;
         let shares = shares(network, gains, &references, &rounding, sums);
         if sums == Sums::Proved {
-            references::check_charges(network, gains, &shares)?;
+            references::check_charges(network, gains, &scales, &shares)?;
         }
         let outputs = references.outputs(network, sums);
         let parts = shapes.into_iter().zip(terminals).zip(scales).zip(shares).zip(outputs).zip(rounding).enumerate();
@@ -233,6 +233,17 @@ pub fn small_gain_matrix(network: &Network, gains: &[SubsystemGains]) -> (Sparse
     let S = small_gain(network, gains, &z_starts(network));
     let rho = radius(&S);
     (S, rho)
+}
+
+/// Why Assumption 4 fails, where it does.
+pub fn small_gain_mistake(network: &Network, gains: &[SubsystemGains]) -> Option<Diagnostic> {
+    let (S, rho) = small_gain_matrix(network, gains);
+    (!is_small(rho)).then(|| small_gain_fails(network, &S, &z_starts(network), rho))
+}
+
+/// No NaN, and below 1.
+fn is_small(rho: f64) -> bool {
+    rho < 1.0
 }
 
 /// The rows of S that belong to each subsystem, by neighbour, with these K_i; `None` where some F_ii is not stable.

@@ -507,7 +507,8 @@ impl Spec {
     /// The first syntax error, since one forgotten bracket spoils all that follows; where there is none, all unknown
     /// keys, missing keys, values of the wrong kind, NaNs, malformed names and unusable files.
     pub fn parse(source: &Source) -> Result<Self, Diagnostics> {
-        Self::parse_with(source, &Files::beside(source))
+        let (spec, errors) = Self::read(source);
+        errors.finish(spec)
     }
 
     /// Paths of the files that the text of `source` names, there or not, as far as it can be read: what a design depends
@@ -515,16 +516,25 @@ impl Spec {
     pub fn files(source: &Source) -> Vec<PathBuf> {
         let files = Files::beside(source);
         // Its mistakes are for those who want the design.
-        let _ = Self::parse_with(source, &files);
+        let _ = Self::read_with(source, &files);
         files.paths()
     }
 
-    fn parse_with(source: &Source, files: &Files) -> Result<Self, Diagnostics> {
-        let document = DeTable::parse(&source.text).map_err(|mistake| syntax(&mistake, &source.text))?;
+    /// [`Spec::parse`] for those who look for further mistakes: beside the mistakes what could be read, where that is enough to
+    /// go on with. Values that are missing or wrong have their defaults there, or any that is allowed.
+    pub fn read(source: &Source) -> (Option<Self>, Diagnostics) {
+        Self::read_with(source, &Files::beside(source))
+    }
+
+    fn read_with(source: &Source, files: &Files) -> (Option<Self>, Diagnostics) {
+        let document = match DeTable::parse(&source.text) {
+            Ok(document) => document,
+            Err(mistake) => return (None, syntax(&mistake, &source.text).into()),
+        };
         let mut errors = Diagnostics::default();
         let mut file = Table::new("", first_line(&source.text), document.get_ref(), files);
         let spec = read::spec(&mut file, &mut errors).map(|spec| Self { files: files.names(), ..spec });
-        errors.finish(spec)
+        (spec, errors)
     }
 }
 

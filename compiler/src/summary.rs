@@ -2,7 +2,7 @@
 
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
-mod json;
+pub mod json;
 
 use std::fmt;
 

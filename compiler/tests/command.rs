@@ -63,12 +63,12 @@ fn a_network_without_a_design_writes_nothing_either() {
 fn a_file_that_cannot_be_read_or_written_is_named() {
     let folder = Folder::new("unreadable");
     let output = folder.run(&["missing.toml"]);
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(3));
     assert!(stderr(&output).contains("cannot read missing.toml"), "{}", stderr(&output));
 
     fs::write(folder.0.join("system.toml"), GOOD).unwrap();
     let output = folder.run(&["system.toml", "--out", "system.toml/inside"]);
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(3));
     assert!(stderr(&output).contains("cannot write system.toml/inside"), "{}", stderr(&output));
     assert_eq!(fs::read_to_string(folder.0.join("system.toml")).unwrap(), GOOD);
 }
@@ -78,7 +78,7 @@ fn controllers_and_design_are_written_together_or_not_at_all() {
     let folder = Folder::new("together");
     fs::write(folder.0.join("system.toml"), GOOD).unwrap();
     let output = folder.run(&["system.toml", "--out", "out", "--design", "system.toml/design.json"]);
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(3));
     assert!(!folder.0.join("out/left.rs").exists() && !folder.0.join("out/mod.rs").exists());
 }
 
@@ -194,6 +194,140 @@ fn constraints_that_change_while_running_are_summarised_and_have_no_start_up_pla
         stderr(&output)
     );
     assert!(!folder.0.join("none").exists());
+}
+
+#[test]
+fn a_check_designs_and_writes_nothing() {
+    let folder = Folder::new("check");
+    fs::write(folder.0.join("system.toml"), GOOD).unwrap();
+    let output = folder.run(&["check", "system.toml"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    for word in ["small gain", "limited         below by `h2 >= -1.4 cm` of `left`", "(25b)"] {
+        assert!(stdout(&output).contains(word), "no {word} in {}", stdout(&output));
+    }
+    assert_eq!(folder.files("."), ["system.toml"]);
+    fs::write(folder.0.join("system.toml"), GOOD.replace("epsilon = 0.02", "epsilon = 2.0")).unwrap();
+    let output = folder.run(&["check", "system.toml"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(stderr(&output).matches("dpc-codegen explain E0401").count(), 1, "{}", stderr(&output));
+}
+
+#[test]
+fn machines_are_told_everything_on_the_standard_output_and_nothing_else() {
+    let folder = Folder::new("json");
+    fs::write(folder.0.join("system.toml"), GOOD).unwrap();
+    for arguments in
+        [&["check", "system.toml", "--format", "json"][..], &["system.toml", "--format", "json", "--timings"]]
+    {
+        let output = folder.run(arguments);
+        assert_eq!((output.status.code(), stderr(&output)), (Some(0), String::new()));
+        let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!((&told["outcome"], &told["diagnostics"]), (&"done".into(), &serde_json::json!([])));
+        let range = &told["summary"]["subsystems"][0]["set_points"][0];
+        assert!(range["min"].as_f64() <= Some(-1.0) && range["max"].as_f64() > Some(2.5), "{range}");
+        assert_eq!(range["min_limited_by"]["row"], "`h2 >= -1.4 cm` of `left`");
+        assert!(told["summary"]["assumptions"]["rho_small_gain"].as_f64() < Some(1.0));
+        let files = told["files"].as_array().map_or(0, Vec::len);
+        assert_eq!(files, if arguments[0] == "check" { 0 } else { 3 });
+    }
+    fs::write(folder.0.join("system.toml"), GOOD.replace("B = [[0.0417], [0.0156]]", "B = [[0.0417]]")).unwrap();
+    let output = folder.run(&["check", "system.toml", "--format", "json"]);
+    assert_eq!((output.status.code(), stderr(&output)), (Some(1), String::new()));
+    let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let (mistake, label) = (&told["diagnostics"][0], &told["diagnostics"][0]["labels"][0]);
+    assert_eq!(
+        (&told["outcome"], &mistake["code"], &label["file"]),
+        (&"mistakes".into(), &"E0110".into(), &"system.toml".into())
+    );
+    let text = folder.read("system.toml");
+    let line = text.lines().nth(label["line"].as_u64().unwrap() as usize - 1).unwrap();
+    assert!(line.starts_with("B = [[0.0417]]"), "{line}");
+    let place = label["start"].as_u64().unwrap() as usize..label["end"].as_u64().unwrap() as usize;
+    assert_eq!(&text[place], "[[0.0417]]");
+    let output = folder.run(&["missing.toml", "--format", "json"]);
+    let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((output.status.code(), &told["outcome"]), (Some(3), &"system".into()));
+}
+
+#[test]
+fn codes_are_explained() {
+    let folder = Folder::new("explain");
+    let page = folder.run(&["explain", "e0301"]);
+    assert_eq!(page.status.code(), Some(0));
+    for word in ["# E0301: ", "Assumption 4", "(21)", "## What to try", "## Wrong", "## Right"] {
+        assert!(stdout(&page).contains(word), "no {word} in {}", stdout(&page));
+    }
+    let list = stdout(&folder.run(&["explain"]));
+    assert!(list.lines().count() > 50 && list.contains("\nE0117  a weight that is not symmetric\n"), "{list}");
+    let unknown = folder.run(&["explain", "E0140"]);
+    assert_eq!(unknown.status.code(), Some(2));
+    assert!(stderr(&unknown).contains("did you mean E0132?"), "{}", stderr(&unknown));
+    let told: serde_json::Value = serde_json::from_slice(&folder.run(&["explain", "--format", "json"]).stdout).unwrap();
+    assert_eq!(told["pages"].as_array().map(Vec::len), Some(list.lines().count()));
+}
+
+#[test]
+fn every_shell_has_its_completions() {
+    let folder = Folder::new("completions");
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let output = folder.run(&["completions", shell]);
+        assert_eq!(output.status.code(), Some(0), "{shell}: {}", stderr(&output));
+        for word in ["check", "explain", "effort"] {
+            assert!(stdout(&output).contains(word), "{shell}: no {word}");
+        }
+    }
+    assert_eq!(folder.run(&["completions", "csh"]).status.code(), Some(2));
+}
+
+#[test]
+fn a_file_that_is_no_text_has_its_place_too() {
+    let folder = Folder::new("latin");
+    fs::write(folder.0.join("system.toml"), [b"# Pr\xfcfstand\n", GOOD.as_bytes()].concat()).unwrap();
+    let output = folder.run(&["system.toml"]);
+    assert_eq!(output.status.code(), Some(1));
+    for word in ["error[E0101]", "system.toml:1:5", "byte 4 is 0xfc", "UTF-8"] {
+        assert!(stderr(&output).contains(word), "no {word} in {}", stderr(&output));
+    }
+}
+
+#[test]
+fn a_start_and_a_scalar_type_go_together_where_the_scalar_type_has_plans() {
+    let folder = Folder::new("start-scalar");
+    let single = GOOD.replace("horizon = 3", "horizon = 3\nscalar = \"f32\"");
+    fs::write(folder.0.join("system.toml"), single).unwrap();
+    fs::write(folder.0.join("start.toml"), "[left]\nx0 = [-12.0, -1.3]\n\n[right]\nx0 = [20.0, 25.0]\n").unwrap();
+    let output = folder.run(&["system.toml", "--start", "start.toml", "--scalar", "f64"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(stdout(&output).contains("Start-up plan of"), "{}", stdout(&output));
+    let output = folder.run(&["system.toml", "--start", "start.toml", "--out", "none"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("error[E0132]"), "{}", stderr(&output));
+}
+
+#[test]
+fn mistakes_of_several_stages_are_told_in_one_run() {
+    let folder = Folder::new("several");
+    let wrong = GOOD
+        .replace("sample-time = 0.5", "sample-time = -0.5")
+        .replace("B = [[0.0417], [0.0156]]\n", "")
+        .replace("\nQ = 1.0\n", "\nQ = [[1.0, 0.2], [0.1, 1.0]]\n");
+    fs::write(folder.0.join("system.toml"), wrong).unwrap();
+    let output = folder.run(&["check", "system.toml"]);
+    for code in ["error[E0103]", "error[E0109]", "error[E0117]"] {
+        assert_eq!(stderr(&output).matches(code).count(), 1, "{code}: {}", stderr(&output));
+    }
+    assert_eq!(stderr(&output).matches("error[").count(), 3, "{}", stderr(&output));
+}
+
+#[test]
+fn help_says_what_exit_codes_mean() {
+    let folder = Folder::new("help");
+    let help = stdout(&folder.run(&["--help"]));
+    for word in
+        ["Exit codes:", "1  the input has mistakes", "3  the file system failed", "check", "explain", "completions"]
+    {
+        assert!(help.contains(word), "no {word} in {help}");
+    }
 }
 
 #[test]

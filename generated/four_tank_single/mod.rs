@@ -48,25 +48,36 @@ pub mod network {
     pub const OUTPUTS: [&str; NY] = ["left: h1 [cm]", "right: h3 [cm]"];
     /// Names of all loads, with units.
     pub const LOADS: [&str; ND] = [];
-    /// Y of (31): the set-points of each output that are followed all the way. Farther ones are followed to the end.
+    /// Y of (31): the set-points of each output that are followed all the way. Of farther ones, to its ends.
     pub const SET_POINTS: [(f64, f64); NY] = [(-1.0, 3.70961), (-1.0, 3.85501)];
+    /// The most that references move per step.
+    pub const EPSILON: f64 = 0.02;
+    /// Disturbances that the design covers, in any combination: what may be added to each of [`STATES`] in a step.
+    pub const DISTURBANCES: [(f64, f64); NX] = [(0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)];
+    /// Least and most of each of [`LOADS`].
+    pub const LOAD_RANGES: [(f64, f64); ND] = [];
+    /// Their largest change per step.
+    pub const LOAD_RATES: [f64; ND] = [];
 
     /// All controllers of the network, and what is on its way between them. Each node is open to look at, or to draw rows for.
     #[derive(Debug, Clone)]
     pub struct Network {
         /// Of `left`.
-        pub left: Node<super::left::Controller, super::left::Inbox, super::left::Message, ()>,
+        pub left: Node<super::left::Controller, super::left::Inbox, super::left::Message>,
         /// Of `right`.
-        pub right: Node<super::right::Controller, super::right::Inbox, super::right::Message, ()>,
+        pub right: Node<super::right::Controller, super::right::Inbox, super::right::Message>,
     }
 
     /// One subsystem's.
     #[derive(Debug, Clone)]
     pub struct Node<Controller, Inbox, Message, Loads = ()> {
+        /// What it remembers from step to step.
         pub controller: Controller,
+        /// What has arrived for it.
         pub inbox: Inbox,
         /// The last one it sent.
         pub message: Message,
+        /// Its measured disturbances, where it has any.
         pub loads: Loads,
     }
 
@@ -75,6 +86,7 @@ pub mod network {
     pub struct Step {
         /// In the order of [`INPUTS`].
         pub input: [f64; NU],
+        /// What each controller gives, with its status.
         pub nodes: Steps,
     }
 
@@ -133,7 +145,7 @@ pub mod network {
         /// Whether every subsystem says that the guarantee holds: then it does, for the network.
         #[inline]
         pub fn are_guaranteed(&self) -> bool {
-            [self.left.status.is_guaranteed(), self.right.status.is_guaranteed(), ].iter().all(|guaranteed| *guaranteed)
+            [self.left.status.is_guaranteed(), self.right.status.is_guaranteed()].iter().all(|guaranteed| *guaranteed)
         }
 
         /// Of each subsystem: name, whether the guarantee holds, and its status in words.

@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::{Build, Failure, read, stamp};
+use super::{Build, Failure, stamp};
 use crate::emit::{folder_of, write_all};
 use crate::spec::Heading;
 
@@ -33,7 +33,7 @@ pub fn outdate(out: &Path, file: &Path, folder: &Path) -> io::Result<()> {
 
 /// By the file's `name`, however broken the rest is, or where its controllers were before.
 fn folder(out: &Path, build: &Build) -> Option<PathBuf> {
-    let text = read(&build.file).ok()?.text;
+    let text = fs::read_to_string(&build.file).ok()?;
     let heading = Heading::of(&text);
     let named = heading.name.as_ref().map(|name| out.join(folder_of(name, build.scalar, heading.scalar)));
     named.or_else(|| stamp::folder(out, &build.file))

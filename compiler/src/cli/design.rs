@@ -6,7 +6,7 @@ use clap::Args;
 use dpc_codegen::c_library;
 use dpc_codegen::design::{Design, Request};
 use dpc_codegen::diagnostic::Source;
-use dpc_codegen::emit::{Emitted, package_folder, write_all};
+use dpc_codegen::emit::{Emitted, controllers, package_folder, packages, write_all};
 use dpc_codegen::export::design_json;
 use dpc_codegen::footprint::{Measured, Target, Workshop, without};
 use dpc_codegen::network::Scalar;
@@ -26,6 +26,9 @@ pub struct Arguments {
     /// Folder for the controllers [default: generated/<name of the network>]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
+    /// Write a complete crate per subsystem into FOLDER, with a manual; controllers alone are written where --out asks for them
+    #[arg(long = "crate", value_name = "FOLDER")]
+    packages: Option<PathBuf>,
     /// Also write the design (models, gains, sets) for other tools
     #[arg(long, value_name = "FILE")]
     design: Option<PathBuf>,
@@ -215,18 +218,19 @@ impl Arguments {
 
 /// Writes everything or nothing; returns the files, and whether each changed.
 fn write(arguments: &Arguments, design: &Design, emitted: &Emitted) -> Result<Vec<(PathBuf, bool)>, String> {
-    let folder = folder(arguments, design);
     let besides = arguments.besides(design);
-    let texts = kept(emitted, &folder);
+    let mut texts = folder(arguments, design).map(|folder| kept(emitted.paths(&folder))).unwrap_or_default();
+    texts.extend(arguments.packages.iter().flat_map(|folder| crates(design, emitted, folder)));
     let mut files = texts.iter().map(|(path, text)| (path.clone(), text.as_str())).collect::<Vec<_>>();
     files.extend(besides.iter().map(|(path, text)| (path.clone(), text.as_str())));
     let changed = write_all(&files).map_err(|error| format!("error: {error}"))?;
     Ok(files.into_iter().map(|(path, _)| path).zip(changed).collect())
 }
 
-fn folder(arguments: &Arguments, design: &Design) -> PathBuf {
+/// Of the controllers alone.
+fn folder(arguments: &Arguments, design: &Design) -> Option<PathBuf> {
     let default = || Path::new("generated").join(package_folder(&design.network));
-    arguments.out.clone().unwrap_or_else(default)
+    arguments.out.clone().or_else(|| arguments.packages.is_none().then(default))
 }
 
 /// One line per file, or one for very many.
@@ -241,12 +245,21 @@ fn listed(written: &[(PathBuf, bool)]) -> String {
 }
 
 /// What is to be in each file: what is there, where that says the same and what it takes besides.
-fn kept(emitted: &Emitted, folder: &Path) -> Vec<(PathBuf, String)> {
+fn kept(files: Vec<(PathBuf, &str)>) -> Vec<(PathBuf, String)> {
     let of = |(path, text): (PathBuf, &str)| {
         let there = std::fs::read_to_string(&path).ok().filter(|there| without(there) == text);
         (path, there.unwrap_or_else(|| text.to_owned()))
     };
-    emitted.paths(folder).into_iter().map(of).collect()
+    files.into_iter().map(of).collect()
+}
+
+/// The crates of the nodes, whose manuals say what is kept of the controllers' files.
+fn crates(design: &Design, emitted: &Emitted, folder: &Path) -> Vec<(PathBuf, String)> {
+    let texts = emitted.files.iter().skip(1).map(|(_, text)| text.as_str());
+    let kept = kept(controllers(design, folder).into_iter().zip(texts).collect());
+    let mut noted = emitted.clone();
+    noted.files.iter_mut().skip(1).zip(kept).for_each(|((_, text), (_, kept))| *text = kept);
+    packages(design, &noted, folder)
 }
 
 /// How many samples a word stands for.

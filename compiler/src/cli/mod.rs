@@ -72,7 +72,7 @@ impl Command {
             Self::Check(arguments) => check::run(&arguments),
             Self::Explain(arguments) => explain::run(&arguments),
             Self::Completions(arguments) => completions::run(&arguments),
-            Self::New(arguments) => new::run(&arguments).map_err(Failure::System),
+            Self::New(arguments) => new::run(&arguments),
             Self::Report(arguments) => report::run(&arguments).map_err(Failure::Input),
             Self::Simulate(arguments) => simulate::run_simulation(&arguments).map_err(Failure::Input),
         }

@@ -5,6 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 use dpc_codegen::scaffold::{Template, create};
 
+use super::failure::{Failure, say};
+
+/// Begin a crate: a plant to change, its controllers, and a closed loop of them
 #[derive(Args)]
 pub struct Arguments {
     /// Folder of the crate: a new one, or an empty one
@@ -17,14 +20,10 @@ pub struct Arguments {
     name: Option<String>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), String> {
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { folder, template, name } = arguments;
-    for file in create(folder, name.as_deref(), *template)? {
-        println!("Written:   {}", file.display());
-    }
-    println!(
-        "\nA closed loop of all its controllers (the first build takes some minutes):\n\n    cd {} && cargo run",
-        folder.display()
-    );
-    Ok(())
+    let files = create(folder, name.as_deref(), *template)?;
+    let files: String = files.iter().map(|file| format!("Written:   {}\n", file.display())).collect();
+    let next = format!("cd {} && cargo run", folder.display());
+    say(&format!("{files}\nA closed loop of all its controllers (the first build takes some minutes):\n\n    {next}\n"))
 }

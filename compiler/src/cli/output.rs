@@ -21,7 +21,7 @@ pub enum Format {
     /// For people
     #[default]
     Text,
-    /// For machines; see the documentation of `dpc_codegen::diagnostic` and `dpc_codegen::summary`
+    /// For machines; see the documentation of `dpc_codegen::diagnostic::json`
     Json,
 }
 

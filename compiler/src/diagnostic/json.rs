@@ -1,4 +1,18 @@
-//! Mistakes for machines.
+//! Mistakes for machines, and what `--format json` prints.
+//!
+//! With `--format json` the program prints one object on the standard output and nothing anywhere else:
+//!
+//! | key | holds |
+//! |---|---|
+//! | `outcome` | `done` (exit code 0), `mistakes` (1), `usage` (2) or `system` (3) |
+//! | `diagnostics` | the mistakes, as below; empty but for the outcome `mistakes` |
+//! | `message` | a sentence, where what is wrong has no place in a file |
+//! | `summary` | the design, where it is done: [`crate::summary::json`] |
+//! | `files` | of the main job: `path`, and `changed`, false where the file held the same before |
+//! | `timings` | with `--timings`: `stage`, `seconds`, `peak_bytes` |
+//! | `pages` | of `explain`: `code`, `title`, `page` (markdown) |
+//!
+//! A command line that makes no sense is told as text, on the standard error stream, since nobody knows then what was asked for.
 //!
 //! Every mistake is an object
 //!

@@ -35,6 +35,14 @@ impl Source {
     pub fn read(file: &Path) -> Result<Self, Unreadable> {
         let path = file.display().to_string();
         let bytes = bytes(file).map_err(|error| Unreadable::System(format!("cannot read {path}: {error}")))?;
+        Self::of_bytes(path, bytes)
+    }
+
+    /// What a file of this name holds.
+    ///
+    /// # Errors
+    /// [`Unreadable::NotText`]: as for [`Source::read`].
+    pub fn of_bytes(path: String, bytes: Vec<u8>) -> Result<Self, Unreadable> {
         if bytes.len() as u64 > LARGEST {
             return Err(too_large(path));
         }

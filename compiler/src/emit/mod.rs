@@ -17,6 +17,7 @@
 //! | `together` | all controllers in one process, and the plant |
 //! | `fingerprint` | what a start-up plan recognises its tables by, and messages their design |
 //! | `wire` | messages as bytes |
+//! | `package`, `manual` | a complete crate for a node, documented |
 //! | `entries` | the same functions for C, for what measures them |
 //! | `c` | a package for C around them |
 //! | `manifest` | what `Cargo.toml` of a package says |
@@ -29,10 +30,14 @@ mod disk;
 pub(crate) mod entries;
 mod fingerprint;
 mod manifest;
+#[cfg(feature = "measure")]
+mod manual;
 mod monitors;
 mod names;
 mod network;
 mod node;
+#[cfg(feature = "measure")]
+mod package;
 mod parts;
 mod starts;
 mod steady;
@@ -47,6 +52,8 @@ pub use disk::write_all;
 pub use fingerprint::{design_fingerprint, fingerprint, plan_number};
 pub use manifest::{PROFILE, runtime};
 pub use names::module_name;
+#[cfg(feature = "measure")]
+pub use package::{controllers, packages};
 pub use wire::{MessagePart, message_layout};
 
 use crate::design::Design;
@@ -75,7 +82,7 @@ pub fn hears(design: &Design, i: usize) -> Vec<Heard> {
 ///
 /// After this point: every text parses as Rust, is formatted, and is the same for the same design: no clock, no path,
 /// no order of a hash.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Emitted {
     /// Name and text of each file: `mod.rs`, then one per subsystem in the order of the network.
     pub files: Vec<(String, String)>,

@@ -269,7 +269,7 @@ fn slack(dpc: &DpcProblem, scalar: Scalar) -> Value {
 }
 
 /// Where the limit comes from.
-fn limit_origin(node: &Node) -> String {
+pub fn limit_origin(node: &Node) -> String {
     let counted = node.problems().iterations.as_ref();
     counted.map_or("4 (rows + unknowns); `--iterations` looks closer".to_owned(), |count| {
         let (origin, why) = count.origin();

@@ -399,10 +399,13 @@ const STRUCTS: &str = "
     /// One subsystem's.
     #[derive(Debug, Clone)]
     pub struct Node<Controller, Inbox, Message, Loads = ()> {
+        /// What it remembers from step to step.
         pub controller: Controller,
+        /// What has arrived for it.
         pub inbox: Inbox,
         /// The last one it sent.
         pub message: Message,
+        /// Its measured disturbances, where it has any.
         pub loads: Loads,
     }
 
@@ -411,6 +414,7 @@ const STRUCTS: &str = "
     pub struct Step {
         /// In the order of [`INPUTS`].
         pub input: [f64; NU],
+        /// What each controller gives, with its status.
         pub nodes: Steps,
     }
 

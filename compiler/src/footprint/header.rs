@@ -99,3 +99,17 @@ pub fn without(text: &str) -> String {
     let kept = header.split_once(&format!("\n//\n{FIRST}")).map_or(header, |(kept, _)| kept);
     format!("{kept}{rest}")
 }
+
+/// What [`Measured::note`] has written into an emitted text, without the comment's slashes.
+pub fn noted(text: &str) -> Option<String> {
+    let (header, _) = text.split_once("\n\n")?;
+    let (_, block) = header.split_once(&format!("\n//\n{FIRST}"))?;
+    let lines = block.lines().skip(1).map(|line| line.trim_start_matches("//").trim_end());
+    Some(
+        lines
+            .map(|line| line.strip_prefix(' ').unwrap_or(line))
+            .skip_while(|line| line.is_empty())
+            .collect::<Vec<_>>()
+            .join("\n"),
+    )
+}

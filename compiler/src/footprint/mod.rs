@@ -27,7 +27,7 @@ use std::path::Path;
 
 pub use crate::emit::{PROFILE, runtime};
 pub use build::{Workshop, source};
-pub use header::{Measured, without};
+pub use header::{Measured, noted, without};
 pub use target::Target;
 
 use crate::design::Design;

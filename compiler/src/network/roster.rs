@@ -19,6 +19,8 @@ pub(super) struct Member {
 pub(super) struct Roster {
     /// In the order of the file.
     pub members: Vec<Member>,
+    /// Where each name stands among them; of equal names the first.
+    indices: BTreeMap<String, usize>,
 }
 
 impl Roster {
@@ -26,12 +28,25 @@ impl Roster {
     pub fn new(spec: &Spec, errors: &mut Diagnostics) -> Self {
         check_subsystem_names(&spec.subsystems, errors);
         spec.subsystems.iter().for_each(|subsystem| check_signals(subsystem, errors));
-        Self { members: spec.subsystems.iter().map(|given| member(given, spec.collective.as_ref())).collect() }
+        let members: Vec<_> = spec.subsystems.iter().map(|given| member(given, spec.collective.as_ref())).collect();
+        let indices = members.iter().enumerate().rev().map(|(i, member)| (member.name.clone(), i)).collect();
+        Self { members, indices }
+    }
+
+    /// Whether every subsystem has a state, an input and an output: without them there are no shapes to check.
+    pub fn is_named(&self) -> bool {
+        let all = self.members.iter().flat_map(|member| [&member.states, &member.inputs, &member.outputs]);
+        !self.members.is_empty() && all.into_iter().all(|signals| !signals.is_empty())
+    }
+
+    /// The index of the subsystem of this name.
+    pub fn index(&self, name: &str) -> Option<usize> {
+        self.indices.get(name).copied()
     }
 
     /// The index of the subsystem that `name` means.
     pub fn find(&self, name: &At<String>, errors: &mut Diagnostics) -> Option<usize> {
-        let found = self.members.iter().position(|member| member.name == name.value);
+        let found = self.index(&name.value);
         if found.is_none() {
             let title = format!("there is no subsystem `{}`", name.value);
             let known = || self.members.iter().map(|member| &*member.name);

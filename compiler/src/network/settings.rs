@@ -7,9 +7,9 @@ use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::spec::{At, HoldWish, Spec, Time};
 use crate::tuning::Effort;
 
-const DEFAULT_GAMMA: f64 = 1e-6;
+pub(super) const DEFAULT_GAMMA: f64 = 1e-6;
 /// The condensed problems grow with the square of the horizon.
-const LONGEST_HORIZON: usize = 1000;
+const LONGEST_HORIZON: usize = 500;
 
 pub(super) struct Settings {
     pub sample_time: f64,

@@ -1,5 +1,7 @@
 //! What the file says about one subsystem's tuning: weights, gains, set-points to cover, reserve.
 
+use std::fmt::Display;
+
 use nalgebra::DMatrix;
 
 use super::roster::Member;
@@ -181,9 +183,19 @@ fn check_cover(wish: &Cover, output: &Signal, reach: (f64, f64), errors: &mut Di
     };
     let error =
         Diagnostic::error(code::COVER, format!("the set-points to cover of output `{name}` cannot all be reached"));
-    let error = error.at(wish.interval.place.clone(), complaint);
+    let error = error.at(wish.interval.place.clone(), complaint).note(reachable(name, &unit, reach));
     errors.push(error.help("write [low, high] with low <= 0 <= high, inside the bounds of the states"));
     false
+}
+
+/// The interval that X leaves the output, as far as it says.
+fn reachable(name: &str, unit: &dyn Display, (low, high): (f64, f64)) -> String {
+    match (low.is_finite(), high.is_finite()) {
+        (true, true) => format!("`x` lets `{name}` be {} to {}{unit}", number(low), number(high)),
+        (true, false) => format!("`x` lets `{name}` be {}{unit} or more", number(low)),
+        (false, true) => format!("`x` lets `{name}` be {}{unit} or less", number(high)),
+        (false, false) => format!("`x` does not bound `{name}`"),
+    }
 }
 
 /// An interval that holds output `k` wherever the state is in X.

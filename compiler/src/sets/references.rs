@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 pub use dense::steady_error;
 
 use super::outputs::{self, OutputShare, OutputShares};
-use super::{MOST_DRIFT, Sums, floor, loads};
+use super::{MOST_DRIFT, Scales, Sums, floor, loads};
 use crate::convex::MOST_STEPS;
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::gains::{Gains, Proof, SubsystemGains};
@@ -186,12 +186,22 @@ fn collective_floor(network: &Network, gains: &Gains) -> DVector<f64> {
 ///
 /// # Errors
 /// E0304, with the worst row.
-pub fn check_charges(network: &Network, gains: &Gains, shares: &[Shares]) -> Result<(), Diagnostics> {
+pub fn check_charges(
+    network: &Network,
+    gains: &Gains,
+    scales: &[Scales],
+    shares: &[Shares],
+) -> Result<(), Diagnostics> {
     let summed = 1.0 - gains.rho_calF.powf(MOST_STEPS as f64);
+    let widest = scales.iter().map(|scales| scales.y.amax()).fold(0.0, f64::max);
+    let fastest = network.reference.epsilon.unwrap_or(widest);
     let rows = network.subsystems.iter().zip(shares).flat_map(|(s, (x_rows, u_rows))| {
-        let names = s.X.rows.iter().chain(&s.U.rows);
+        let names = s.X.rows.iter().chain(&s.U.rows).zip(s.X.h.iter().chain(&s.U.h));
         let times = move |share: &ReferenceShare| summed * share.rate / (share.rate - share.doubt);
-        names.zip(x_rows.iter().chain(u_rows)).map(move |(name, share)| (s, name, times(share)))
+        // Of a row that references do not move, all is doubt, and none of it matters.
+        let told =
+            names.zip(x_rows.iter().chain(u_rows)).filter(move |((_, h), share)| share.doubt * fastest > LITTLE * *h);
+        told.map(move |((name, _), share)| (s, name, times(share)))
     });
     let worst = rows.filter(|(.., times)| !times.is_nan()).max_by(|(.., a), (.., b)| a.total_cmp(b));
     match worst {
@@ -199,6 +209,9 @@ pub fn check_charges(network: &Network, gains: &Gains, shares: &[Shares]) -> Res
         _ => Ok(()),
     }
 }
+
+/// Shares of a limit up to here are nothing.
+const LITTLE: f64 = 1e-6;
 
 /// How many times too much a row may be charged.
 const MOST_TIMES: f64 = 10.0;

@@ -8,7 +8,7 @@ use super::{Context, Proofs, ROUNDS};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, code};
 use crate::network::{Margin, NamedPolytope, Signal, Subsystem};
 use crate::optim::conic::Answer;
-use crate::optim::rounding::up_to_digits;
+use crate::optim::rounding::{down_to_digits, up_to_digits};
 use crate::sets::SubsystemSets;
 
 /// Emptied rows that one message names.
@@ -194,7 +194,7 @@ fn over_u(s: &Subsystem) -> (&NamedPolytope, &[Signal]) {
 
 /// The epsilon the message suggests: a little inside the limit, two digits.
 fn inside(value: f64) -> f64 {
-    crate::optim::rounding::down_to_digits(0.95 * value, 2)
+    down_to_digits(0.95 * value, 2)
 }
 
 fn epsilon_too_large(context: &Context, epsilon: f64, limit: &Limit) -> Diagnostic {
@@ -277,8 +277,8 @@ fn reserve_too_large(context: &Context, limit: &Limit) -> Diagnostic {
 fn cover_too_large(context: &Context, limit: &Limit) -> Diagnostic {
     let mut error = Diagnostic::error(code::COVER_TOO_LARGE, "the set-points to cover cannot all be held");
     for s in context.network.subsystems.iter().filter(|s| s.cover.iter().any(Option::is_some)) {
-        error =
-            error.at(s.places.or_header(&s.places.cover), format!("{:.1} % of this is possible", 100.0 * limit.value));
+        let label = format!("{:.1} % of this is possible: {}", 100.0 * limit.value, share_of_cover(s, limit.value));
+        error = error.at(s.places.or_header(&s.places.cover), label);
     }
     error
         .note(format!(
@@ -287,6 +287,16 @@ fn cover_too_large(context: &Context, limit: &Limit) -> Diagnostic {
             limit.rows(context)
         ))
         .help("cover less, choose a smaller epsilon or reserve, or widen the bound that stops it")
+}
+
+/// `h1 from -0.9 to 2.2 cm`: this share of what is to be covered, rounded to the inside.
+fn share_of_cover(s: &Subsystem, share: f64) -> String {
+    let end = |value: f64| value.signum() * down_to_digits(share * value.abs(), 3) + 0.0;
+    let ranges = s.outputs.iter().zip(&s.cover).filter_map(|(output, cover)| {
+        let (low, high) = (*cover)?;
+        Some(format!("{} from {} to {}{}", output.name, end(low), end(high), output.unit_suffix()))
+    });
+    ranges.collect::<Vec<_>>().join(", ")
 }
 
 fn not_solved(context: &Context, answer: &Answer) -> Diagnostic {

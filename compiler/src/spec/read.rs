@@ -34,12 +34,15 @@ pub(super) fn spec(file: &mut Table<'_>, errors: &mut Diagnostics) -> Option<Spe
     let coupling_constraints = file.optional("coupling-constraint", errors, constraints).unwrap_or_default();
     let changing_constraints = file.optional("changing-constraint", errors, changing_constraints).unwrap_or_default();
     file.refuse_unknown(errors);
+    if collective.is_none() && file.key_place("collective").is_some() {
+        return None;
+    }
     Some(Spec {
-        name: name?,
+        name: name.unwrap_or_else(|| At::new(String::new(), file.place())),
         time,
         hold_error,
-        sample_time: sample_time?,
-        horizon: horizon?,
+        sample_time: sample_time.unwrap_or_else(|| At::new(1.0, file.place())),
+        horizon: horizon.unwrap_or_else(|| At::new(1, file.place())),
         reference,
         sizing,
         gains,

@@ -107,8 +107,14 @@ impl<'a> Table<'a> {
 
     /// Refuses what nobody asked for. Call it last.
     pub fn refuse_unknown(&self, errors: &mut Diagnostics) {
-        let unknown = self.entries.iter().filter(|entry| !self.asked.contains(&entry.key));
-        unknown.for_each(|entry| errors.push(self.unknown(entry)));
+        for entry in self.entries.iter().filter(|entry| !self.asked.contains(&entry.key)) {
+            // A key that is there under a wrong name is not missing too.
+            if let Some(meant) = did_you_mean(entry.key, self.asked.iter().copied()) {
+                let echo = self.missing(meant);
+                errors.0.retain(|error| *error != echo);
+            }
+            errors.push(self.unknown(entry));
+        }
     }
 
     fn unknown(&self, entry: &Entry<'_>) -> Diagnostic {

@@ -6,6 +6,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use example_kit::say;
 use four_tank::checks::Checks;
 use four_tank::figure::closed_loop;
 use four_tank::plant::{LinearTanks, NonlinearTanks, Plant, SAMPLE_TIME};
@@ -32,7 +33,7 @@ fn main() -> ExitCode {
 fn run() -> Result<Vec<String>, Failure> {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     let picture = wants_picture(std::env::args().skip(1))?.then(|| package.join("four_tank.svg"));
-    println!("{SUMMARY}");
+    say!("{SUMMARY}");
     let mut session = Session::new(package.join("out"))?;
     let nonlinear = NonlinearTanks::new(SUBSTEPS);
     let (nominal, clipping) = (Scenario::nominal(), Scenario::clipping());
@@ -126,16 +127,13 @@ impl Session {
     }
 
     fn print(&self, nonlinear: &NonlinearTanks) {
-        println!(
-            "Closed loop, {SAMPLE_TIME} s per step; steps of both subsystems counted:\n\n{}",
-            counts(&self.entries)
-        );
-        println!("{}", margins(&self.entries));
-        println!("{}", ends(&self.entries));
+        say!("Closed loop, {SAMPLE_TIME} s per step; steps of both subsystems counted:\n\n{}", counts(&self.entries));
+        say!("{}", margins(&self.entries));
+        say!("{}", ends(&self.entries));
         let centre = nonlinear.centre().map(|level| format!("{level:.2}")).join(", ");
-        println!("Deviations of the nonlinear plant are from its own rest at 3 V: h1 to h4 = {centre} cm.");
-        println!("The guarantee is for the linear plant (a, b, d); what c shows is the model's error.");
-        println!("Pictures and trajectories: {}", self.out.display());
+        say!("Deviations of the nonlinear plant are from its own rest at 3 V: h1 to h4 = {centre} cm.");
+        say!("The guarantee is for the linear plant (a, b, d); what c shows is the model's error.");
+        say!("Pictures and trajectories: {}", self.out.display());
     }
 
     fn broken_promises(&self) -> Vec<String> {

@@ -12,6 +12,7 @@ use std::time::Instant;
 use dpc_codegen::design::Design;
 use dpc_codegen::export::design_json;
 use example_kit::checks::Checks;
+use example_kit::say;
 use example_kit::sets::Promise;
 use mass_chain::chain::{EMITTED, Gains, text};
 use mass_chain::closed_loop::{Run, from_rest, upset};
@@ -54,7 +55,7 @@ fn run() -> Result<Vec<String>, Failure> {
 
 fn gains(effort: u8) -> Result<Vec<String>, Failure> {
     let ways = ways(effort).map_err(|mistakes| mistakes.render(&source(EMITTED, Gains::Auto), false))?;
-    println!("{}", shown(&ways));
+    say!("{}", shown(&ways));
     Ok(Vec::new())
 }
 
@@ -62,7 +63,7 @@ fn gains(effort: u8) -> Result<Vec<String>, Failure> {
 fn ten(package: &Path, picture: bool) -> Result<Vec<String>, Failure> {
     gains(0)?;
     let session = Session::new(package, EMITTED, DESIGN_JSON)?;
-    println!("{EMITTED} masses, emitted controllers:\n");
+    say!("{EMITTED} masses, emitted controllers:\n");
     let broken = session.all(|| Ok(emitted::start()?))?;
     if picture {
         std::fs::copy(session.path("svg"), package.join("mass_chain.svg"))?;
@@ -77,7 +78,7 @@ fn any(package: &Path, length: usize) -> Result<Vec<String>, Failure> {
     }
     let (source, clock) = (source(length, Gains::Weighted), Instant::now());
     let design = Design::new(source.clone()).map_err(|mistakes| mistakes.render(&source, false))?;
-    println!("{length} masses, designed in {:.1} s, tables made at run time:\n", clock.elapsed().as_secs_f64());
+    say!("{length} masses, designed in {:.1} s, tables made at run time:\n", clock.elapsed().as_secs_f64());
     let masses = tables::tables(&design)?;
     Session::new(package, length, &design_json(&design))?.all(|| Ok(tables::start(&masses)?))
 }
@@ -112,8 +113,8 @@ impl Session {
             Entry { name: "set-point patterns from rest".to_owned(), checks: run.checks },
             Entry { name, checks: upsets },
         ];
-        println!("{}\n{}", counts(&entries), arrivals(&errors));
-        println!("Picture and trajectory: {}", self.out.display());
+        say!("{}\n{}", counts(&entries), arrivals(&errors));
+        say!("Picture and trajectory: {}", self.out.display());
         Ok(self.broken_promises(&entries, &errors))
     }
 

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use example_kit::checks::Checks;
+use example_kit::say;
 use power_network::areas::AREAS;
 use power_network::figure::closed_loop;
 use power_network::files::{Design, Plant};
@@ -38,7 +39,7 @@ fn run() -> Result<Vec<String>, Failure> {
         [] => all_runs(package, None),
         ["--picture"] => all_runs(package, Some(package.join("power_network.svg"))),
         ["--shares"] => {
-            println!("{}", shares());
+            say!("{}", shares());
             Ok(Vec::new())
         }
         ["--designs"] => write_designs(package),
@@ -49,7 +50,7 @@ fn run() -> Result<Vec<String>, Failure> {
 fn write_designs(package: &Path) -> Result<Vec<String>, Failure> {
     for design in Design::ALL {
         std::fs::write(package.join(design.path()), design.text())?;
-        println!("Written: {}", design.path());
+        say!("Written: {}", design.path());
     }
     Ok(Vec::new())
 }
@@ -72,11 +73,11 @@ fn all_runs(package: &Path, picture: Option<PathBuf>) -> Result<Vec<String>, Fai
         std::fs::copy(session.out.join("a3.svg"), picture)?;
     }
     session.print();
-    println!("{}", shares());
-    println!(
+    say!("{}", shares());
+    say!(
         "Designs and guarantees: a and b are on the plant that the design is for; c is not, and only its numbers speak."
     );
-    println!("Pictures and trajectories: {}", session.out.display());
+    say!("Pictures and trajectories: {}", session.out.display());
     Ok(session.broken_promises())
 }
 
@@ -146,13 +147,11 @@ impl Session {
     }
 
     fn print(&self) {
-        println!("Closed loop, 1 s per step; steps of all four areas counted:\n\n{}", counts(&self.entries));
-        println!("{}", margins(&self.entries));
-        println!("{}", outcomes(&self.entries));
-        println!("eta of the benchmark's centralised predictive controller, on the exact plant: 0.0249; phi 0.0030.");
-        println!(
-            "With unknown loads the angles rest off their set-points, and the frequencies at zero all the same.\n"
-        );
+        say!("Closed loop, 1 s per step; steps of all four areas counted:\n\n{}", counts(&self.entries));
+        say!("{}", margins(&self.entries));
+        say!("{}", outcomes(&self.entries));
+        say!("eta of the benchmark's centralised predictive controller, on the exact plant: 0.0249; phi 0.0030.");
+        say!("With unknown loads the angles rest off their set-points, and the frequencies at zero all the same.\n");
     }
 
     fn broken_promises(&self) -> Vec<String> {

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser as _;
+use example_kit::say;
 use example_kit::table::table;
 use robots::arena::DIAMETER;
 use robots::campaign::Tally;
@@ -93,7 +94,7 @@ fn campaign(seeds: u64, pace: Pace) -> Result<Vec<String>, Failure> {
             rows.push(tally.cells(robots, rule));
         }
     }
-    println!("{}", table(&Tally::head(), &rows));
+    say!("{}", table(&Tally::head(), &rows));
     Ok(broken)
 }
 
@@ -113,12 +114,12 @@ impl Output {
     /// Says what came of a run and draws it; the promises that it broke.
     fn show(&self, run: &Run) -> Result<Vec<String>, Failure> {
         let name = run.name();
-        println!("{name}\n  {}", verdict(run));
+        say!("{name}\n  {}", verdict(run));
         let file =
             name.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty()).collect::<Vec<_>>().join("_");
         std::fs::write(self.folder.join(format!("{file}.html")), page(run)?)?;
         std::fs::write(self.folder.join(format!("{file}.svg")), picture(run).into_string())?;
-        println!("  Page: {}\n", self.folder.join(format!("{file}.html")).display());
+        say!("  Page: {}\n", self.folder.join(format!("{file}.html")).display());
         Ok(broken_promises(&name, run))
     }
 }

@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use crate::build;
-use crate::diagnostic::{Diagnostic, Diagnostics, code};
+use crate::diagnostic::{Diagnostic, Diagnostics, Source, code};
 use crate::network::{Network, Signal, Subsystem};
 use crate::spec::{At, Spec};
 
@@ -15,7 +14,7 @@ pub fn of(file: &At<String>, folder: &Path, network: &Network, errors: &mut Diag
         let error = note.into_iter().fold(error, Diagnostic::note);
         error.help("the file of a network with the same subsystems, states, inputs and outputs; looked for beside the scenario")
     };
-    let source = match build::read(&folder.join(&file.value)) {
+    let source = match Source::read(&folder.join(&file.value)) {
         Ok(source) => source,
         Err(why) => {
             errors.push(refuse("cannot be read".to_owned(), Some(why.trim_start_matches("error: ").to_owned())));

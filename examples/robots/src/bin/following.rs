@@ -3,6 +3,7 @@
 //! `cargo run --release -p robots --bin following` prints, for classes of motions with limits per axis of velocities (|v|, cm/s) and
 //! accelerations (|a|, cm/s^2), what random trajectories show, what a search over the class finds, and what is declared.
 
+use example_kit::say;
 use example_kit::table::table;
 use robots::class::Grid;
 use robots::declared::{DECLARED, Declared};
@@ -18,7 +19,7 @@ type Measure = fn(&Deviation) -> f64;
 fn main() {
     let head = ["tau (s)", "|v|", "|a|", "deviation", "median", "99 %", "99.9 %", "largest", "worst found", "declared"];
     let rows: Vec<Vec<String>> = DECLARED.iter().flat_map(rows).collect();
-    print!("{}", table(&head.map(str::to_owned), &rows));
+    say!("{}", table(&head.map(str::to_owned), &rows).trim_end());
 }
 
 fn rows(Declared { class, bound }: &Declared) -> Vec<Vec<String>> {

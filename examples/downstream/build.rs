@@ -1,0 +1,5 @@
+//! Designs the controllers of `system.toml`, when it has changed.
+
+fn main() {
+    dpc_codegen::Build::new("system.toml").compile();
+}
