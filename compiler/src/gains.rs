@@ -566,7 +566,8 @@ fn assumption_2_fails(network: &Network, margin: f64, parts: &[f64]) -> Diagnost
         let involved = outputs.filter(|(_, part)| **part > INVOLVED).map(|(output, _)| format!("`{}`", output.name));
         let involved: Vec<String> = involved.collect();
         if !involved.is_empty() {
-            error = error.at(s.places.or_header(&s.places.C), format!("{} cannot be held at every value", involved.join(", ")));
+            error = error
+                .at(s.places.or_header(&s.places.C), format!("{} cannot be held at every value", involved.join(", ")));
         }
     }
     if error.labels.is_empty() {
