@@ -235,7 +235,7 @@ pub mod code {
 
 /// Places that one message shows.
 const MOST_PLACES: usize = 16;
-/// Mistakes that are shown; machines get all of them.
+/// Mistakes that people are shown; machines get more, [`json::MOST_TOLD`].
 const MOST_SHOWN: usize = 50;
 
 impl Diagnostic {

@@ -8,7 +8,7 @@ mod pairing;
 mod settle;
 
 use lapack_symbols::singular_values;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, SymmetricEigen};
 
 use crate::diagnostic::{Diagnostic, Diagnostics, code};
 use crate::network::{Network, Subsystem};
@@ -371,7 +371,7 @@ impl Collective {
         matrix.view_mut((n, 0), (p, n)).copy_from(&self.C);
         equilibrate(&mut matrix);
         let margin = singular_values(&matrix).map_or(0.0, |values| values.min() / values.max());
-        if margin > 1e-9 { Ok(margin) } else { Err(assumption_2_fails(network, margin)) }
+        if margin > 1e-9 { Ok(margin) } else { Err(assumption_2_fails(network, margin, &lost(&matrix, n))) }
     }
 
     /// calF_ij = calA_ij + calB_ij calK_j.
@@ -408,6 +408,13 @@ impl Collective {
         }
         calG
     }
+}
+
+/// The part that each row from the `first` on has in the combination of rows, of unit length, that comes closest to zero.
+fn lost(matrix: &DMatrix<f64>, first: usize) -> Vec<f64> {
+    let eigen = SymmetricEigen::new(matrix * matrix.transpose());
+    let combination = eigen.eigenvectors.column(eigen.eigenvalues.imin());
+    combination.rows(first, matrix.nrows() - first).iter().map(|part| part.abs()).collect()
 }
 
 /// Rows, then columns, scaled to unit length: units must not decide about rank.
@@ -544,13 +551,29 @@ fn assumption_1_fails(network: &Network, collective: &Collective, rho: f64) -> D
     })
 }
 
+/// Outputs with a smaller part have nothing to do with it.
+const INVOLVED: f64 = 1e-3;
+
 const PAIR_AGAIN: &str = "give each output to the subsystem whose input is to hold it: no gains repair wrong pairs";
 
-fn assumption_2_fails(network: &Network, margin: f64) -> Diagnostic {
+/// `parts`: what each output has to do with it.
+fn assumption_2_fails(network: &Network, margin: f64, parts: &[f64]) -> Diagnostic {
     let mut error =
         Diagnostic::error(code::ASSUMPTION_2, "the outputs cannot be held at arbitrary set-points (Assumption 2)");
+    let mut parts = parts.iter();
     for s in &network.subsystems {
-        error = error.at(s.places.or_header(&s.places.C), "outputs");
+        let outputs = s.outputs.iter().zip(parts.by_ref());
+        let involved = outputs.filter(|(_, part)| **part > INVOLVED).map(|(output, _)| format!("`{}`", output.name));
+        let involved: Vec<String> = involved.collect();
+        if !involved.is_empty() {
+            error = error
+                .at(s.places.or_header(&s.places.C), format!("{} cannot be held at every value", involved.join(", ")));
+        }
+    }
+    if error.labels.is_empty() {
+        for s in &network.subsystems {
+            error = error.at(s.places.header.clone(), "one of the subsystems");
+        }
     }
     error
         .note(format!("[I - A, -B; C, 0] loses rank: its smallest singular value is {margin:.2e} of its largest (rows and columns scaled), more than 1e-9 is needed"))

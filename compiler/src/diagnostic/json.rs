@@ -41,11 +41,14 @@ use serde_json::{Value, json};
 
 use super::{Diagnostic, Diagnostics, Place, Source};
 
+/// Mistakes that machines are told: who makes more of them made one, many times.
+pub const MOST_TOLD: usize = 1000;
+
 impl Diagnostics {
-    /// A list with an object per mistake, in the order of [`Diagnostics::render`].
+    /// A list with an object per mistake, in the order of [`Diagnostics::render`]; of very many the first [`MOST_TOLD`].
     pub fn to_json(&self, source: &Source) -> Value {
         let lines = Lines::new(&source.text);
-        self.0.iter().map(|mistake| mistake.to_json(source, &lines)).collect()
+        self.0.iter().take(MOST_TOLD).map(|mistake| mistake.to_json(source, &lines)).collect()
     }
 }
 
