@@ -5,7 +5,7 @@ use std::iter::zip;
 use nalgebra::DVector;
 
 use super::controllers::{Answer, Controller, Controllers, Given, Sent};
-use super::history::{Event, EventKind, History};
+use super::history::History;
 use super::plant::Plant;
 use super::recorder::{Recorder, Sample};
 use super::scenario::{Fate, Jump, Scenario, Start};
@@ -248,9 +248,4 @@ fn load_beyond<'a>(design: &'a Design, i: usize, before: &[f64], now: &[f64]) ->
         !(low..=high).contains(&now[*k]) || (now[*k] - before[*k]).abs() > loads.rate[*k] + allowed
     };
     (0..now.len()).find(outside).map(|k| &*loads.signals[k].name)
-}
-
-/// What the recorder notes besides samples.
-pub fn event(time: f64, step: usize, subsystem: usize, kind: EventKind, words: String) -> Event {
-    Event { step, time, subsystem: Some(subsystem), kind, words }
 }
