@@ -15,6 +15,7 @@ pub mod runtime_twin;
 pub mod start_checker;
 pub mod strips;
 pub mod tank_loop;
+pub mod tank_runs;
 pub mod unknowns;
 pub mod weather;
 

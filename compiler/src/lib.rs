@@ -46,6 +46,8 @@
 use lapack_symbols as _;
 
 pub mod build;
+#[cfg(feature = "measure")]
+pub mod c_library;
 pub mod clock;
 pub mod convex;
 pub mod design;

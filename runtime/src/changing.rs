@@ -150,6 +150,24 @@ impl<'a, const NY: usize, const NJ: usize> Meeting<'a, NY, NJ> {
         HalfSpace { own: normal.map(|entry| -entry), others: [0.0; NJ], l: -bound }
     }
 
+    /// The row normal . (outputs of all members) <= limit, with the outputs in the order of [`Self::outputs`], so that all members
+    /// write it alike. `limit` is what the true outputs are to keep, without the margins of (26). `None` where `normal` has another
+    /// length.
+    pub fn below(&self, normal: &[Real], limit: Real) -> Option<HalfSpace<NY, NJ>> {
+        let mut drawn = HalfSpace { own: [0.0; NY], others: [0.0; NJ], l: limit };
+        let mut rest = normal;
+        for member in self.row.members {
+            let places = match member.import {
+                None => &mut drawn.own[..],
+                Some(import) => drawn.others.get_mut(import.first..)?.get_mut(..import.outputs)?,
+            };
+            let (entries, others) = rest.split_at_checked(places.len())?;
+            places.iter_mut().zip(entries).for_each(|(place, entry)| *place = *entry);
+            rest = others;
+        }
+        rest.is_empty().then_some(drawn)
+    }
+
     /// The two that meet, if there are two and they have as many outputs as this subsystem.
     pub fn pair(&self) -> Option<Pair<'a, NY, NJ>> {
         let [first, second] = self.row.members else { return None };

@@ -9,7 +9,7 @@ use super::problem::Plan;
 use super::reference::{ReferenceLayer, Share};
 use super::solver::{Outcome, Solver, WorkingSet};
 use super::start::SteadyState;
-use super::tables::{CouplingRow, DpcProblem, Tables};
+use super::tables::{ChangingRow, CouplingRow, DpcProblem, Tables};
 use super::trajectory::Trajectory;
 use super::{Real, precision};
 use crate::delivery::Delivery;
@@ -374,15 +374,37 @@ impl<
         inbox: &Inbox<NI, NJ, NB>,
         rule: impl FnOnce(&Meeting<'_, NY, NJ>) -> Option<HalfSpace<NY, NJ>>,
     ) -> Result<(), NotRedrawn> {
-        let (constraint, held) =
-            self.tables.changing.iter().zip(&mut self.changing).nth(row).ok_or(NotRedrawn::NoSuchRow)?;
-        let mut slots = constraint.members.iter().filter_map(|member| member.import).map(|import| import.slot);
-        if let Some(slot) = slots.find(|slot| !inbox.holds(*slot, self.step.wrapping_sub(1))) {
-            return Err(NotRedrawn::NotHeard { slot });
-        }
+        let constraint = self.constraint(row, inbox)?;
         let own = self.trajectory.newest().y;
         let meeting = Meeting::new(constraint, &own, inbox.outputs());
+        let held = self.changing.get_mut(row).ok_or(NotRedrawn::NoSuchRow)?;
         held.redraw(self.step, &meeting, rule(&meeting))
+    }
+
+    /// Looks at what the members of a changing coupling constraint know at this step, and changes nothing: for whoever draws rows
+    /// elsewhere.
+    ///
+    /// # Errors
+    /// There is no such constraint, or the message of a member is missing.
+    pub fn meet<T>(
+        &self,
+        row: usize,
+        inbox: &Inbox<NI, NJ, NB>,
+        look: impl FnOnce(&Meeting<'_, NY, NJ>) -> T,
+    ) -> Result<T, NotRedrawn> {
+        let constraint = self.constraint(row, inbox)?;
+        Ok(look(&Meeting::new(constraint, &self.trajectory.newest().y, inbox.outputs())))
+    }
+
+    /// A changing constraint all of whose members have been heard.
+    fn constraint(&self, row: usize, inbox: &Inbox<NI, NJ, NB>) -> Result<&'a ChangingRow, NotRedrawn> {
+        let tables = self.tables;
+        let constraint = tables.changing.get(row).ok_or(NotRedrawn::NoSuchRow)?;
+        let mut slots = constraint.members.iter().filter_map(|member| member.import).map(|import| import.slot);
+        match slots.find(|slot| !inbox.holds(*slot, self.step.wrapping_sub(1))) {
+            Some(slot) => Err(NotRedrawn::NotHeard { slot }),
+            None => Ok(constraint),
+        }
     }
 
     /// The references at t + N from the neighbours' at t + N - 1; ends the period.

@@ -35,8 +35,9 @@ pub struct StartPlan<'a, const NX: usize, const NU: usize, const NY: usize, cons
     pub nominal: Plan<NX, NU, N>,
 }
 
-/// The planned reference at one step.
+/// The planned reference at one step. In memory: x, then u, so that other languages can write one.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
 pub struct PlannedPoint<const NX: usize, const NU: usize> {
     pub x: [Real; NX],
     /// At T that of (7f).

@@ -4,7 +4,6 @@ use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use dpc_codegen::build;
 use dpc_codegen::clock::Clock;
 use dpc_codegen::design::Design;
 use dpc_codegen::diagnostic::{Diagnostics, Source};
@@ -14,6 +13,7 @@ use dpc_codegen::footprint::{Measured, Target, Workshop, without};
 use dpc_codegen::network::Scalar;
 use dpc_codegen::summary::Summary;
 use dpc_codegen::tuning::{Effort, Progress, Watch, frozen};
+use dpc_codegen::{build, c_library};
 use indicatif::{ProgressBar, ProgressStyle};
 
 #[derive(Args)]
@@ -44,6 +44,12 @@ pub struct Arguments {
     /// Count the solver's iterations on that many problems per subsystem, certify small ones, and set the limits by it
     #[arg(long, value_name = "SAMPLES", num_args = 0..=1, require_equals = true, default_missing_value = "10000", value_parser = samples)]
     iterations: Option<usize>,
+    /// What to write: controllers in Rust, or a package for C with headers and libraries
+    #[arg(long, value_name = "LANGUAGE", default_value = "rust", value_parser = ["rust", "c"])]
+    emit: String,
+    /// What the libraries for C are built for, as rustc calls it; a processor may follow: thumbv7em-none-eabihf/cortex-m7
+    #[arg(long, value_name = "TARGET", default_value = "host")]
+    target: String,
     /// Print time and peak memory of every stage, one per line
     #[arg(long)]
     timings: bool,
@@ -68,7 +74,10 @@ pub fn run(arguments: &Arguments) -> Result<(), String> {
         measured(&arguments.measure, &design, &mut emitted)?;
         clock.ended("Measured");
     }
-    let written = write(arguments, &design, &emitted)?;
+    let written = match arguments.emit.as_str() {
+        "c" => write_c(arguments, &design, &emitted)?,
+        _ => write(arguments, &design, &emitted)?,
+    };
     clock.ended("Written");
     let timings = if arguments.timings { clock.table() } else { String::new() };
     print(&format!("{}\nTime: {clock}\n{timings}{written}", Summary::new(&design, &emitted)))
@@ -96,17 +105,40 @@ fn designed(arguments: &Arguments, source: &Source, watch: &mut Progressing) -> 
 
 /// Notes what the controllers take on every target, in a folder that is gone afterwards.
 fn measured(targets: &[String], design: &Design, emitted: &mut Emitted) -> Result<(), String> {
+    let targets: Vec<Target> = targets.iter().map(|target| Target::new(target)).collect();
+    in_workshop("measured", |workshop| Measured::new(design, emitted, &targets, workshop))?.note(emitted);
+    Ok(())
+}
+
+/// Builds in a folder that is gone afterwards; `part` of cargo's own stays, where that is set.
+fn in_workshop<T>(part: &str, work: impl FnOnce(&Workshop) -> Result<T, String>) -> Result<T, String> {
     let folder = std::env::temp_dir().join(format!("dpc-codegen-{}", std::process::id()));
     let mut workshop = Workshop::new(folder.clone());
     if let Some(out) = std::env::var_os("CARGO_TARGET_DIR") {
-        workshop.out = PathBuf::from(out).join("measured");
+        workshop.out = PathBuf::from(out).join(part);
     }
-    let targets: Vec<Target> = targets.iter().map(|target| Target::new(target)).collect();
-    let measured = Measured::new(design, emitted, &targets, &workshop);
+    let done = work(&workshop);
     // What remains is in the system's folder for it.
     let _ = std::fs::remove_dir_all(&folder);
-    measured?.note(emitted);
-    Ok(())
+    done
+}
+
+/// Builds and writes everything or nothing; returns what to tell the user about it.
+fn write_c(arguments: &Arguments, design: &Design, emitted: &Emitted) -> Result<String, String> {
+    let default = || Path::new("generated").join(package_folder(&design.network) + "_c");
+    let folder = arguments.out.clone().unwrap_or_else(default);
+    let target = Target::new(&arguments.target);
+    let written = in_workshop("c", |workshop| c_library::write(design, emitted, &folder, &target, workshop))?;
+    let shown =
+        written.iter().filter(|path| !path.starts_with(folder.join("src")) && !path.starts_with(folder.join("panic")));
+    let besides = arguments.design.as_ref().map(|path| (path.clone(), design_json(design)));
+    let besides: Vec<_> = besides.iter().map(|(path, text)| (path.clone(), text.as_str())).collect();
+    write_all(&besides).map_err(|error| format!("error: {error}"))?;
+    let shown: String = shown
+        .chain(besides.iter().map(|(path, _)| path))
+        .map(|path| format!("Written:   {}\n", path.display()))
+        .collect();
+    Ok(shown)
 }
 
 impl Arguments {

@@ -18,7 +18,12 @@ const RUNTIME: (u32, u32) = (0, 1);
 
 /// `//` lines: what made the file, out of which file, how to make it again. An inner doc comment could not be included.
 pub fn header(design: &Design, what: &str) -> String {
-    let (file, folder) = (source_file(design), super::package_folder(&design.network));
+    header_with(design, what, &format!("--out {}", super::package_folder(&design.network)))
+}
+
+/// With what the command that makes the file says besides the network's.
+pub fn header_with(design: &Design, what: &str, option: &str) -> String {
+    let file = source_file(design);
     let (major, minor) = RUNTIME;
     let effort =
         design.tuning.as_ref().map(|tuning| format!(" --effort {}", tuning.effort.level())).unwrap_or_default();
@@ -35,7 +40,7 @@ pub fn header(design: &Design, what: &str) -> String {
          //\n\
          // Written by dpc-codegen {} from {file}; do not edit. To make it again:\n\
          //\n\
-         //     dpc-codegen {file} --out {folder}{effort}{scalar}{start}{samples}\n\
+         //     dpc-codegen {file} {option}{effort}{scalar}{start}{samples}\n\
          //\n\
          // Fits dpc-runtime {major}.{minor}. Numbers are in the units of {file}, as deviations from its operating point.\n",
         one_line(what),
@@ -44,7 +49,7 @@ pub fn header(design: &Design, what: &str) -> String {
 }
 
 /// Name of the file the network was read from, without its folders: these differ between machines.
-fn source_file(design: &Design) -> String {
+pub fn source_file(design: &Design) -> String {
     file_name(&design.network.source.path)
 }
 
@@ -74,7 +79,7 @@ fn separate(items: Vec<TokenStream>) -> String {
 }
 
 /// What is made here is a list of items; a mistake in it is one of this module, found by its first test.
-fn formatted(items: Vec<TokenStream>) -> String {
+pub fn formatted(items: Vec<TokenStream>) -> String {
     let tokens: TokenStream = items.into_iter().collect();
     let text = tokens.to_string();
     let file = syn::parse2(tokens).unwrap_or_else(|error| unreachable!("{error} in {text}"));
@@ -389,7 +394,7 @@ pub fn runtime(node: &Node) -> TokenStream {
     }
 }
 
-fn real(node: &Node) -> Ident {
+pub fn real(node: &Node) -> Ident {
     format_ident!("{}", node.scalar().name())
 }
 

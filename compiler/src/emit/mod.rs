@@ -17,13 +17,17 @@
 //! | `fingerprint` | what a start-up plan recognises its tables by, and messages their design |
 //! | `wire` | messages as bytes |
 //! | `entries` | the same functions for C, for what measures them |
+//! | `c` | a package for C around them |
+//! | `manifest` | what `Cargo.toml` of a package says |
 //! | `disk` | writing all files or none |
 
+pub mod c;
 mod code;
 mod disk;
 #[cfg(feature = "measure")]
 pub(crate) mod entries;
 mod fingerprint;
+mod manifest;
 mod monitors;
 mod names;
 mod network;
@@ -39,6 +43,7 @@ use std::path::{Path, PathBuf};
 
 pub use disk::write_all;
 pub use fingerprint::{design_fingerprint, fingerprint, plan_number};
+pub use manifest::{PROFILE, runtime};
 pub use names::module_name;
 pub use wire::{MessagePart, message_layout};
 
@@ -49,19 +54,9 @@ use node::Node;
 use steady::Steady;
 use tables::{Value, item};
 
-/// Whose messages a subsystem needs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Heard {
-    /// Index of the sender.
-    pub subsystem: usize,
-    /// Place of its first output among the imported ones, where a coupling constraint joins the two.
-    pub outputs: Option<usize>,
-}
-
-/// Whom subsystem `i` hears, by slot.
-pub fn hears(design: &Design, i: usize) -> Vec<Heard> {
-    let neighbours = Node::new(design, i).neighbours;
-    neighbours.iter().map(|neighbour| Heard { subsystem: neighbour.j, outputs: neighbour.y }).collect()
+/// Whom subsystem `i` hears, by slot: indices of subsystems, ascending.
+pub fn hears(design: &Design, i: usize) -> Vec<usize> {
+    Node::new(design, i).neighbours.iter().map(|neighbour| neighbour.j).collect()
 }
 
 /// What the compiler writes for one network.

@@ -26,7 +26,7 @@ pub fn module_name(name: &str) -> String {
 }
 
 /// Adds `_2`, `_3`, ... where the name is taken.
-fn free_name(name: String, taken: &mut BTreeSet<String>) -> String {
+pub fn free_name(name: String, taken: &mut BTreeSet<String>) -> String {
     let numbered = (2..).map(|k| format!("{name}_{k}"));
     let free = std::iter::once(name.clone()).chain(numbered).find(|candidate| !taken.contains(candidate));
     let free = free.unwrap_or(name);

@@ -2,16 +2,11 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
+use super::cargo::Cargo;
 use super::target::Target;
 use crate::design::Design;
-use crate::emit::{Emitted, entries, write_all};
-
-/// In `Cargo.toml`. As firmware is built: no unwinding, and one unit of code per crate, so that the figures do not depend on how many there are.
-/// Link-time optimisation is off, since it leaves no code in the library; it may only make code smaller.
-pub const PROFILE: &str =
-    "[profile.release]\nopt-level = 3\npanic = \"abort\"\ncodegen-units = 1\nlto = \"off\"\ndebug = false\n";
+use crate::emit::{Emitted, PROFILE, entries, runtime, write_all};
 
 /// Each function tells its stack.
 const FLAGS: &str = "-Z emit-stack-sizes -C no-redzone";
@@ -52,7 +47,7 @@ pub fn libraries(
     let files = workspace(design, emitted, &names);
     let files: Vec<_> = files.iter().map(|(name, text)| (packages.join(name), text.as_str())).collect();
     write_all(&files).map_err(|error| format!("error: {error}"))?;
-    run(target, packages, out)?;
+    Cargo { target, flags: FLAGS, lto: "off", out, purpose: "`--measure`" }.run(packages, &["build"])?;
     let out = target.triple.as_ref().map_or(out.clone(), |triple| out.join(triple)).join("release");
     Ok(names.iter().map(|name| out.join(format!("lib{name}.a"))).collect())
 }
@@ -80,49 +75,4 @@ fn workspace(design: &Design, emitted: &Emitted, names: &[String]) -> Vec<(Strin
         files.push((format!("node_{i}/src/controller.rs"), text.clone()));
     }
     files
-}
-
-/// A dependency in `Cargo.toml`: the runtime that this compiler was built with, where its sources still are, else any that fits.
-pub fn runtime() -> String {
-    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../runtime"));
-    match folder.join("Cargo.toml").is_file() {
-        true => format!("dpc-runtime = {{ path = {folder:?} }}\n"),
-        false => format!("dpc-runtime = \"{}\"\n", env!("CARGO_PKG_VERSION")),
-    }
-}
-
-fn run(target: &Target, folder: &Path, out: &Path) -> Result<(), String> {
-    let cargo = std::env::var_os("CARGO").map_or_else(|| PathBuf::from("cargo"), PathBuf::from);
-    let mut command = Command::new(&cargo);
-    command.args(["build", "--release", "--quiet", "--manifest-path"]).arg(folder.join("Cargo.toml"));
-    command.arg("--target-dir").arg(out).env("RUSTC", target.rustc()).env("RUSTC_BOOTSTRAP", "1");
-    // What the header says of the profile must not be overridden.
-    for (key, value) in
-        [("OPT_LEVEL", "3"), ("LTO", "off"), ("CODEGEN_UNITS", "1"), ("PANIC", "abort"), ("DEBUG", "false")]
-    {
-        command.env(format!("CARGO_PROFILE_RELEASE_{key}"), value);
-    }
-    let cpu = target.cpu.as_ref().map(|cpu| format!(" -C target-cpu={cpu}")).unwrap_or_default();
-    command.env_remove("CARGO_ENCODED_RUSTFLAGS").env("RUSTFLAGS", format!("{FLAGS}{cpu}"));
-    if let Some(triple) = &target.triple {
-        command.args(["--target", triple]);
-    }
-    if target.has_core()? {
-        command.arg("--offline");
-    } else {
-        command.args(["-Zbuild-std=core", "-Zbuild-std-features=compiler-builtins-mem"]);
-    }
-    let output = command
-        .output()
-        .map_err(|error| format!("error: cannot run {}, which `--measure` needs: {error}", cargo.display()))?;
-    if output.status.success() {
-        return Ok(());
-    }
-    let name = target.name()?;
-    let complaint = String::from_utf8_lossy(&output.stderr);
-    Err(format!(
-        "error: the controllers cannot be built for {name}, so `--measure` has nothing to read:\n{}\n\
-         help: `rustup target add` brings the core library of a machine; `RUSTC` names another compiler",
-        complaint.trim()
-    ))
 }

@@ -10,12 +10,14 @@
 //! | file | holds |
 //! |---|---|
 //! | `target` | what is built for, and with which compiler |
-//! | `build` | the package of a subsystem, and cargo |
+//! | `build` | the package of a subsystem |
+//! | `cargo` | what builds it |
 //! | `library` | a static library as a graph of sections |
 //! | `reach` | what is reached in it, and how deep the stack gets |
 //! | `header` | the comment in the emitted files |
 
 mod build;
+pub(crate) mod cargo;
 mod header;
 mod library;
 mod reach;
@@ -23,7 +25,8 @@ mod target;
 
 use std::path::Path;
 
-pub use build::{PROFILE, Workshop, runtime, source};
+pub use crate::emit::{PROFILE, runtime};
+pub use build::{Workshop, source};
 pub use header::{Measured, without};
 pub use target::Target;
 
@@ -57,6 +60,26 @@ pub struct Footprint {
     pub panics: Vec<String>,
     /// Functions without a known stack that are reached: of a library compiled elsewhere, or assembly. Their stack is not counted.
     pub unmeasured: Vec<String>,
+}
+
+/// What some functions of a static library reach.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Needs {
+    /// As [`Footprint::panics`].
+    pub panics: Vec<String>,
+    /// As [`Footprint::foreign`].
+    pub foreign: Vec<String>,
+}
+
+/// What the functions whose names begin with `prefix` reach in the static library at `path`.
+///
+/// # Errors
+/// The library cannot be read.
+pub fn needs(path: &Path, prefix: &str) -> Result<Needs, String> {
+    let bytes = std::fs::read(path).map_err(|error| format!("error: {}: {error}", path.display()))?;
+    let library = Library::read(&bytes).map_err(|error| format!("error: {}: {error}", path.display()))?;
+    let reached = Reached::from(&library, &[prefix]);
+    Ok(Needs { panics: reached.named("panic"), foreign: reached.foreign() })
 }
 
 /// Builds the controllers of a design for `target` and measures them in the order of the subsystems.

@@ -6,8 +6,8 @@
 //! run(Design, Scenario, Controllers) -> History -> Findings, tables, pictures
 //! ```
 //!
-//! The controllers are the emitted ones, bit by bit: their crate with the C interface is compiled as a shared library, kept in a
-//! cache, and talks in the bytes that cross the wire. The plant is the linear model (5a) of the whole network, or of another file, with
+//! The controllers are the emitted ones, bit by bit: their package for C ([`crate::emit::c`]) is compiled as a shared library, kept in
+//! a cache, and talks in the bytes that cross the wire. The plant is the linear model (5a) of the whole network, or of another file, with
 //! disturbances w, measurement errors v and measured loads d.
 //!
 //! # The file of a scenario
@@ -64,12 +64,12 @@ mod columns;
 mod controllers;
 mod files;
 mod findings;
-mod glue;
 mod history;
 mod library;
 mod pictures;
 mod plant;
 mod random;
+mod reals;
 mod recorder;
 mod run;
 mod scenario;

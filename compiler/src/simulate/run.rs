@@ -134,9 +134,9 @@ impl<'a> ClosedLoop<'a> {
         for (constraint, rule) in zip(&self.design.network.changing_constraints, &self.scenario.rules) {
             let line = separation(self.design, rule, &constraint.members, &self.newest);
             for &i in &constraint.members {
-                if let Some(row) = line.as_ref().and_then(|line| line.seen_by(i, &constraint.members)) {
+                if let Some(row) = &line {
                     // What becomes of a row that is refused, the status of the step says.
-                    let _ = self.nodes[i].redraw(rows[i], &row);
+                    let _ = self.nodes[i].redraw(rows[i], row);
                 }
                 rows[i] += 1;
             }
@@ -193,7 +193,7 @@ impl<'a> ClosedLoop<'a> {
 fn heard_by(design: &Design) -> Vec<Vec<usize>> {
     let mut heard_by = vec![Vec::new(); design.network.subsystems.len()];
     for i in 0..heard_by.len() {
-        hears(design, i).iter().for_each(|heard| heard_by[heard.subsystem].push(i));
+        hears(design, i).into_iter().for_each(|j| heard_by[j].push(i));
     }
     heard_by
 }

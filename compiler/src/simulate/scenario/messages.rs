@@ -62,10 +62,7 @@ fn links(trouble: &Trouble, reader: &Reader<'_>, errors: &mut Diagnostics) -> Ve
     if errors.0.len() > before {
         return Vec::new();
     }
-    let all = || {
-        (0..network.subsystems.len())
-            .flat_map(|i| hears(reader.design, i).into_iter().map(move |heard| (heard.subsystem, i)))
-    };
+    let all = || (0..network.subsystems.len()).flat_map(|i| hears(reader.design, i).into_iter().map(move |j| (j, i)));
     let chosen = all().filter(|(j, i)| from.is_none_or(|from| from == *j) && to.is_none_or(|to| to == *i));
     let chosen: Vec<_> = chosen.collect();
     if chosen.is_empty() {
