@@ -105,7 +105,7 @@ fn troubles_are_named() {
     let refused = history
         .events
         .iter()
-        .filter(|event| event.words.starts_with("message of `right` refused: message of step"))
+        .filter(|event| event.words.starts_with("message of `right` refused"))
         .count();
     assert!(late > 0 && refused == late, "{late} late, {refused} refused");
     assert!(findings.broken.is_empty() && !findings.is_guaranteed());
