@@ -102,11 +102,7 @@ fn troubles_are_named() {
     assert!(history.subsystems[1].words[300].contains("guarantee lost until a new start"));
     // What is late is missing first, and refused when it comes.
     let late = history.events.iter().filter(|event| event.words == "message of `right` late by 2 periods").count();
-    let refused = history
-        .events
-        .iter()
-        .filter(|event| event.words.starts_with("message of `right` refused"))
-        .count();
+    let refused = history.events.iter().filter(|event| event.words.starts_with("message of `right` refused")).count();
     assert!(late > 0 && refused == late, "{late} late, {refused} refused");
     assert!(findings.broken.is_empty() && !findings.is_guaranteed());
     let printed = Report { history: &history, findings: &findings }.to_string();

@@ -38,7 +38,7 @@ pub fn settlings(track: &Track, period: f64) -> Vec<Settling> {
             let change = (target - y[0]).abs();
             let away = y.iter().rposition(|y| (y - target).abs() > SHARE * change);
             let settled = away.map_or(0, |last| last + 1);
-            let after = (settled < y.len()).then(|| settled as f64 * period);
+            let after = (settled < y.len()).then_some(settled as f64 * period);
             let (name, unit) = (output.name.clone(), output.unit.clone());
             let off = y.last().map_or(0.0, |y| (y - target).abs());
             (change > little).then_some(Settling { output: name, unit, step: from, set_point, target, after, off })

@@ -32,7 +32,12 @@ impl Fates {
         // What is lost cannot be late.
         for (k, trouble) in given.late.iter().chain(&given.lost).enumerate() {
             let Some(fate) = fate(trouble, errors) else { continue };
+            let before = errors.0.len();
             for (from, to) in links(trouble, reader, errors) {
+                // What is wrong is so for every link.
+                if errors.0.len() > before {
+                    break;
+                }
                 for step in steps(trouble, reader, (k, from, to), errors) {
                     fates.0.insert((step, from, to), fate);
                 }
