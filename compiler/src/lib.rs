@@ -46,6 +46,9 @@
 //! | \[C_i 0\] Delta_i^chi + Z_i | what a changing coupling constraint is charged: [`sets::outputs`] | `sizing::SubsystemSizing::exposed` | (26), (26') |
 //! | V, w | i-DPC problem in least-distance form | `problems::DpcProblem` | (33)-(36) |
 
+// Only `simulate::shared` may, which loads libraries.
+#![deny(unsafe_code)]
+
 // What Clarabel's semidefinite cone calls by name.
 use lapack_symbols as _;
 

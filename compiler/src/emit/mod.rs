@@ -63,19 +63,9 @@ use node::Node;
 use steady::Steady;
 use tables::{Value, item};
 
-/// Whose messages a subsystem needs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Heard {
-    /// Index of the sender.
-    pub subsystem: usize,
-    /// Place of its first output among the imported ones, where a coupling constraint joins the two.
-    pub outputs: Option<usize>,
-}
-
-/// Whom subsystem `i` hears, by slot.
-pub fn hears(design: &Design, i: usize) -> Vec<Heard> {
-    let neighbours = Node::new(design, i).neighbours;
-    neighbours.iter().map(|neighbour| Heard { subsystem: neighbour.j, outputs: neighbour.y }).collect()
+/// Whom subsystem `i` hears, by slot: indices of subsystems, ascending.
+pub fn hears(design: &Design, i: usize) -> Vec<usize> {
+    Node::new(design, i).neighbours.iter().map(|neighbour| neighbour.j).collect()
 }
 
 /// What the compiler writes for one network.

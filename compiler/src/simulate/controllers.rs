@@ -49,13 +49,11 @@ pub trait Controller {
     fn step(&mut self, given: &Given<'_>) -> Answer;
 }
 
-/// own . y + sum over the other members of theirs . `y_j` <= l.
+/// normal . (outputs of all members, in the order of the network) <= limit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HalfSpace {
-    pub own: Vec<f64>,
-    /// By index of the subsystem.
-    pub others: Vec<(usize, Vec<f64>)>,
-    pub l: f64,
+    pub normal: Vec<f64>,
+    pub limit: f64,
 }
 
 /// What a step is given.

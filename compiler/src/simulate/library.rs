@@ -4,16 +4,19 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use super::glue;
 use crate::design::Design;
-use crate::emit::{Emitted, write_all};
-use crate::footprint::runtime;
+use crate::emit::c::Package;
+use crate::emit::{Emitted, runtime, write_all};
 
 /// The crate of a network's controllers in a cache, and what cargo makes of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Library {
     /// The shared library, once it is built.
     pub file: PathBuf,
+    /// Of what the functions of each subsystem begin with, in the order of the network.
+    pub prefixes: Vec<String>,
+    /// What those of the network begin with.
+    pub network: String,
     /// Of the crate, named after a hash of all that goes into it.
     package: PathBuf,
     name: String,
@@ -23,7 +26,8 @@ pub struct Library {
 }
 
 /// Compiled for speed of compilation: optimisation changes no bit of a result, and a step takes microseconds all the same.
-const PROFILE: &str = "[profile.release]\nopt-level = 1\ndebug = false\ncodegen-units = 16\n";
+const PROFILE: [(&str, &str); 2] =
+    [("CARGO_PROFILE_RELEASE_OPT_LEVEL", "1"), ("CARGO_PROFILE_RELEASE_CODEGEN_UNITS", "16")];
 
 impl Library {
     /// Where libraries are kept that nobody asked for elsewhere: the user's cache.
@@ -34,21 +38,20 @@ impl Library {
         cache.unwrap_or_else(std::env::temp_dir).join("dpc-codegen").join("controllers")
     }
 
-    /// That of `emitted`, which was made of `design`, in the folder `cache`.
+    /// The package for C of `emitted`, which was made of `design`, in the folder `cache`.
     pub fn of(design: &Design, emitted: &Emitted, cache: &Path) -> Self {
-        let root = glue::library(design, emitted);
-        let name = format!("dpc_controllers_{:016x}", hash(&root, emitted));
+        let Package { files, name: network, prefixes, .. } = Package::new(design, emitted);
+        // No two packages in one target folder may have the same name.
+        let name = format!("dpc_controllers_{:016x}", hash(&files));
         let package = cache.join(&name);
-        let manifest = format!(
-            "[package]\nname = \"{name}\"\nversion = \"0.0.0\"\nedition = \"2024\"\n\n[lib]\ncrate-type = [\"cdylib\"]\n\n\
-             [dependencies]\n{}\n{PROFILE}\n[workspace]\n",
-            runtime()
-        );
-        let sources = package.join("src").join("controllers");
-        let mut files = vec![(package.join("Cargo.toml"), manifest), (package.join("src").join("lib.rs"), root)];
-        files.extend(emitted.files.iter().map(|(name, text)| (sources.join(name), text.clone())));
+        let named = |text: String| text.replacen(&format!("name = \"{network}\""), &format!("name = \"{name}\""), 1);
+        let files = files.into_iter().map(|(path, text)| {
+            let text = if path == "Cargo.toml" { named(text) } else { text };
+            (package.join(path), text)
+        });
+        let files = files.collect();
         let built = format!("{}{name}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
-        Self { file: package.join(built), package, name, target: cache.join("target"), files }
+        Self { file: package.join(built), prefixes, network, package, name, target: cache.join("target"), files }
     }
 
     pub fn is_built(&self) -> bool {
@@ -75,7 +78,18 @@ impl Library {
     fn compile(&self) -> Result<(), String> {
         let cargo = std::env::var_os("CARGO").map_or_else(|| PathBuf::from("cargo"), PathBuf::from);
         let mut command = Command::new(&cargo);
-        command.args(["build", "--release", "--quiet", "--manifest-path"]).arg(self.package.join("Cargo.toml"));
+        command.args([
+            "rustc",
+            "--release",
+            "--quiet",
+            "--lib",
+            "--crate-type",
+            "cdylib",
+            "--features",
+            "std",
+            "--manifest-path",
+        ]);
+        command.arg(self.package.join("Cargo.toml")).envs(PROFILE);
         command.arg("--target-dir").arg(&self.target).env("CARGO_INCREMENTAL", "0");
         // Flags of a surrounding build are not meant for this one.
         for variable in
@@ -95,9 +109,9 @@ impl Library {
 }
 
 /// Of everything that decides what the library does: the texts, and the runtime where that is at hand as source.
-fn hash(root: &str, emitted: &Emitted) -> u64 {
+fn hash(files: &[(String, String)]) -> u64 {
     let mut hasher = DefaultHasher::new();
-    (root, &emitted.files, PROFILE, env!("CARGO_PKG_VERSION"), runtime()).hash(&mut hasher);
+    (files, PROFILE, env!("CARGO_PKG_VERSION"), runtime()).hash(&mut hasher);
     let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../runtime/src"));
     let mut sources: Vec<PathBuf> =
         std::fs::read_dir(folder).into_iter().flatten().filter_map(|entry| Some(entry.ok()?.path())).collect();

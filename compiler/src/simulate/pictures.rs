@@ -9,8 +9,8 @@ use super::history::{Column, EventKind, History, Track};
 const TALL: u32 = 150;
 const LOW: u32 = 56;
 
-/// A limit is drawn where the signal comes as near to it as this share of the way between its limits, or of the signal's own range.
-const NEAR: f64 = 0.5;
+/// A limit is drawn where the signal comes as near to it as this share of the way between its limits, or as it moves itself.
+const NEAR: f64 = 0.2;
 
 /// Outputs with set-points, references and Y; inputs, states and loads with their limits; statuses; events as thin lines: SVG.
 ///
@@ -40,7 +40,7 @@ fn output(history: &History, track: &Track, k: usize) -> Panel {
         line("output", column, Stroke::Solid, colour::BLUE),
     ];
     let band = column.low.zip(column.high).map(|(low, high)| {
-        let label = "Y, where set-points are reached".to_owned();
+        let label = "Y".to_owned();
         Band { label, low, high, colour: colour::SKY }
     });
     let state = track.states.iter().find(|state| state.name == column.name);
@@ -59,14 +59,12 @@ fn signal(history: &History, column: &Column, reference: Option<&Column>, what: 
 fn limits(column: &Column) -> Vec<Limit> {
     let unit = column.unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
     let (least, most) = range(&column.values);
-    let span = match (column.low, column.high) {
-        (Some(low), Some(high)) => high - low,
-        _ => most - least,
-    };
+    let between = column.low.zip(column.high).map_or(0.0, |(low, high)| high - low);
+    let near = f64::max(NEAR * between, most - least);
     let limit = |sign: &str, value: f64, distance: f64| Limit {
         label: format!("{} {sign} {}{unit}", column.name, dpc_plot::number(value)),
         value,
-        show: distance <= NEAR * span,
+        show: distance <= near,
         colour: colour::GREY,
     };
     let low = column.low.map(|low| limit("≥", low, least - low));

@@ -6,7 +6,6 @@ use nalgebra::{DMatrix, DVector};
 
 use super::controllers::Answer;
 use super::history::{Column, CouplingTrack, Event, EventKind, History, Margin, Track};
-use super::run::event;
 use super::scenario::{Fate, Rule, Scenario};
 use super::words::Words;
 use crate::design::Design;
@@ -185,7 +184,7 @@ impl<'a> Recorder<'a> {
     }
 
     fn event(&self, step: usize, i: usize, kind: EventKind, words: String) -> Event {
-        event(self.time(step), step, i, kind, words)
+        Event { step, time: self.time(step), subsystem: Some(i), kind, words }
     }
 
     fn name(&self, i: usize) -> &str {

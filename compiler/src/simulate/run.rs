@@ -5,7 +5,7 @@ use std::iter::zip;
 use nalgebra::DVector;
 
 use super::controllers::{Answer, Controller, Controllers, Given, Sent};
-use super::history::{Event, EventKind, History};
+use super::history::History;
 use super::plant::Plant;
 use super::recorder::{Recorder, Sample};
 use super::scenario::{Fate, Jump, Scenario, Start};
@@ -134,9 +134,9 @@ impl<'a> ClosedLoop<'a> {
         for (constraint, rule) in zip(&self.design.network.changing_constraints, &self.scenario.rules) {
             let line = separation(self.design, rule, &constraint.members, &self.newest);
             for &i in &constraint.members {
-                if let Some(row) = line.as_ref().and_then(|line| line.seen_by(i, &constraint.members)) {
+                if let Some(row) = &line {
                     // What becomes of a row that is refused, the status of the step says.
-                    let _ = self.nodes[i].redraw(rows[i], &row);
+                    let _ = self.nodes[i].redraw(rows[i], row);
                 }
                 rows[i] += 1;
             }
@@ -193,7 +193,7 @@ impl<'a> ClosedLoop<'a> {
 fn heard_by(design: &Design) -> Vec<Vec<usize>> {
     let mut heard_by = vec![Vec::new(); design.network.subsystems.len()];
     for i in 0..heard_by.len() {
-        hears(design, i).iter().for_each(|heard| heard_by[heard.subsystem].push(i));
+        hears(design, i).into_iter().for_each(|j| heard_by[j].push(i));
     }
     heard_by
 }
@@ -248,9 +248,4 @@ fn load_beyond<'a>(design: &'a Design, i: usize, before: &[f64], now: &[f64]) ->
         !(low..=high).contains(&now[*k]) || (now[*k] - before[*k]).abs() > loads.rate[*k] + allowed
     };
     (0..now.len()).find(outside).map(|k| &*loads.signals[k].name)
-}
-
-/// What the recorder notes besides samples.
-pub fn event(time: f64, step: usize, subsystem: usize, kind: EventKind, words: String) -> Event {
-    Event { step, time, subsystem: Some(subsystem), kind, words }
 }

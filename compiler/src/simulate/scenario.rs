@@ -75,7 +75,7 @@ pub enum Jump {
 /// Steps of a scenario that says neither `duration` nor `steps`.
 const DEFAULT_STEPS: usize = 500;
 /// More are a slip.
-const MOST_STEPS: usize = 10_000_000;
+const MOST_STEPS: usize = 1_000_000;
 
 impl Scenario {
     /// Draws out the scenario in the text of `source` for the network of `design`. Files it names are looked for in `folder`.

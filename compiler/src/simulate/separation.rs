@@ -12,21 +12,14 @@ use crate::design::Design;
 /// A row that holds with equality is drawn again though rounding would refuse it: less than what a controller accepts.
 const ROUNDING: f64 = 5e-10;
 
-/// normal . y >= bound over the difference of two members' outputs, or over the outputs of one.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Separation {
-    normal: Vec<f64>,
-    bound: f64,
-}
-
 /// What all members of a constraint draw from the references `newest` of all subsystems; `None` where the rule finds no row.
-pub fn separation(design: &Design, rule: &Rule, members: &[usize], newest: &[Vec<f64>]) -> Option<Separation> {
+pub fn separation(design: &Design, rule: &Rule, members: &[usize], newest: &[Vec<f64>]) -> Option<HalfSpace> {
     match (rule, members) {
         (Rule::Apart { distance }, [first, second]) => {
             let line: Vec<f64> = zip(&newest[*first], &newest[*second]).map(|(a, b)| a - b).collect();
             let length = line.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
-            let normal = line.iter().map(|entry| entry / length).collect();
-            (length > 0.0).then_some(Separation { normal, bound: *distance })
+            let normal: Vec<f64> = line.iter().map(|entry| entry / length).collect();
+            (length > 0.0).then(|| apart(&normal, *distance))
         }
         (Rule::Tangent { distance, share }, [first, second]) => {
             let [one, other] = [first, second].map(|j| point(&newest[*j]));
@@ -34,25 +27,19 @@ pub fn separation(design: &Design, rule: &Rule, members: &[usize], newest: &[Vec
             let clearance = Clearance { distance: *distance, axes: [0.0; 2] };
             let tangent = Tangent { turn: Turn::CounterClockwise, share: *share };
             let row = tangent.row(&one?, &other?, &Sum(clearance, margin))?;
-            Some(Separation { normal: row.normal.to_vec(), bound: *distance })
+            Some(apart(&row.normal, *distance))
         }
-        (Rule::Beyond { normal, bound }, _) => Some(Separation { normal: normal.clone(), bound: *bound }),
+        (Rule::Beyond { normal, bound }, _) => {
+            Some(HalfSpace { normal: normal.iter().map(|entry| -entry).collect(), limit: -bound })
+        }
         (Rule::Apart { .. } | Rule::Tangent { .. }, _) => None,
     }
 }
 
-impl Separation {
-    /// The row as one member sees it.
-    pub fn seen_by(&self, i: usize, members: &[usize]) -> Option<HalfSpace> {
-        let opposite: Vec<f64> = self.normal.iter().map(|entry| -entry).collect();
-        let (own, others) = match members {
-            [only] if *only == i => (opposite, Vec::new()),
-            [first, second] if *first == i => (opposite, vec![(*second, self.normal.clone())]),
-            [first, second] if *second == i => (self.normal.clone(), vec![(*first, opposite)]),
-            _ => return None,
-        };
-        Some(HalfSpace { own, others, l: -self.bound })
-    }
+/// normal . (y_first - y_second) >= bound.
+fn apart(normal: &[f64], bound: f64) -> HalfSpace {
+    let normal = normal.iter().map(|entry| -entry).chain(normal.iter().copied()).collect();
+    HalfSpace { normal, limit: -bound }
 }
 
 fn point(y: &[f64]) -> Option<[f64; 2]> {

@@ -5,6 +5,9 @@ use super::history::Track;
 /// An output has settled when what is left of the change is this share of it, and stays so.
 const SHARE: f64 = 0.05;
 
+/// Changes by less than this share of the range that Y leaves an output are none.
+const LITTLE: f64 = 1e-3;
+
 /// What became of one set-point of one output.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settling {
@@ -17,6 +20,8 @@ pub struct Settling {
     pub target: f64,
     /// s from the change until the output is within 5 % of it, to stay until the next change; `None`: not before that.
     pub after: Option<f64>,
+    /// How far the output is from the target at the end of that time.
+    pub off: f64,
 }
 
 /// Of all outputs, in order of time for each.
@@ -24,16 +29,19 @@ pub fn settlings(track: &Track, period: f64) -> Vec<Settling> {
     let of = |k: usize| {
         let (asked, output) = (&track.set_points[k], &track.outputs[k]);
         let held = held(&asked.values);
+        let (low, high) = (output.low.unwrap_or(f64::NEG_INFINITY), output.high.unwrap_or(f64::INFINITY));
+        let little = if (high - low).is_finite() { LITTLE * (high - low) } else { 0.0 };
         held.into_iter().filter_map(move |(from, to)| {
             let set_point = asked.values[from];
-            let target = set_point.clamp(output.low.unwrap_or(f64::NEG_INFINITY), output.high.unwrap_or(f64::INFINITY));
+            let target = set_point.clamp(low, high);
             let y = &output.values[from..to];
             let change = (target - y[0]).abs();
             let away = y.iter().rposition(|y| (y - target).abs() > SHARE * change);
             let settled = away.map_or(0, |last| last + 1);
-            let after = (settled < y.len()).then(|| settled as f64 * period);
+            let after = (settled < y.len()).then_some(settled as f64 * period);
             let (name, unit) = (output.name.clone(), output.unit.clone());
-            (change > 0.0).then_some(Settling { output: name, unit, step: from, set_point, target, after })
+            let off = y.last().map_or(0.0, |y| (y - target).abs());
+            (change > little).then_some(Settling { output: name, unit, step: from, set_point, target, after, off })
         })
     };
     (0..track.outputs.len()).flat_map(of).collect()

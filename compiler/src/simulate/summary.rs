@@ -132,9 +132,10 @@ impl Report<'_> {
             .map(|(node, one)| {
                 let unit = one.unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
                 let nearest = if one.target == one.set_point { "" } else { " (nearest in Y)" };
-                let after = one
-                    .after
-                    .map_or_else(|| "not before the next one".to_owned(), |after| format!("after {} s", short(after)));
+                let after = one.after.map_or_else(
+                    || format!("not in time, {}{unit} off at the end", short(one.off)),
+                    |after| format!("after {} s", short(after)),
+                );
                 format!(
                     "`{}`: `{}` to {}{unit}{nearest} at {} s: {after}",
                     node.name,

@@ -24,10 +24,7 @@ impl Words {
         let changing = network.changing_constraints.iter().filter(|c| c.members.contains(&i)).map(|c| c.name.clone());
         Self {
             rows: design.problems.subsystems[i].dpc.rows.iter().map(|row| row.name.clone()).collect(),
-            neighbours: hears(design, i)
-                .into_iter()
-                .map(|heard| network.subsystems[heard.subsystem].name.clone())
-                .collect(),
+            neighbours: hears(design, i).into_iter().map(|j| network.subsystems[j].name.clone()).collect(),
             constraints: fixed.chain(changing).collect(),
         }
     }

@@ -32,7 +32,12 @@ impl Fates {
         // What is lost cannot be late.
         for (k, trouble) in given.late.iter().chain(&given.lost).enumerate() {
             let Some(fate) = fate(trouble, errors) else { continue };
+            let before = errors.0.len();
             for (from, to) in links(trouble, reader, errors) {
+                // What is wrong is so for every link.
+                if errors.0.len() > before {
+                    break;
+                }
                 for step in steps(trouble, reader, (k, from, to), errors) {
                     fates.0.insert((step, from, to), fate);
                 }
@@ -62,10 +67,7 @@ fn links(trouble: &Trouble, reader: &Reader<'_>, errors: &mut Diagnostics) -> Ve
     if errors.0.len() > before {
         return Vec::new();
     }
-    let all = || {
-        (0..network.subsystems.len())
-            .flat_map(|i| hears(reader.design, i).into_iter().map(move |heard| (heard.subsystem, i)))
-    };
+    let all = || (0..network.subsystems.len()).flat_map(|i| hears(reader.design, i).into_iter().map(move |j| (j, i)));
     let chosen = all().filter(|(j, i)| from.is_none_or(|from| from == *j) && to.is_none_or(|to| to == *i));
     let chosen: Vec<_> = chosen.collect();
     if chosen.is_empty() {

@@ -14,10 +14,11 @@ pub fn of(file: &At<String>, folder: &Path, network: &Network, errors: &mut Diag
         let error = note.into_iter().fold(error, Diagnostic::note);
         error.help("the file of a network with the same subsystems, states, inputs and outputs; looked for beside the scenario")
     };
-    let source = match Source::read(&folder.join(&file.value)) {
-        Ok(source) => source,
+    let path = folder.join(&file.value);
+    let source = match std::fs::read_to_string(&path) {
+        Ok(text) => Source { path: path.display().to_string(), text },
         Err(why) => {
-            errors.push(refuse("cannot be read".to_owned(), Some(why.trim_start_matches("error: ").to_owned())));
+            errors.push(refuse(format!("cannot be read: {why}"), None));
             return None;
         }
     };
@@ -29,10 +30,18 @@ pub fn of(file: &At<String>, folder: &Path, network: &Network, errors: &mut Diag
             None
         }
         Err(mistakes) => {
-            errors.push(refuse("has mistakes of its own".to_owned(), Some(mistakes.to_string())));
+            errors.push(refuse("has mistakes of its own".to_owned(), first(&mistakes)));
             None
         }
     }
+}
+
+/// The first mistake, and how many there are.
+fn first(mistakes: &Diagnostics) -> Option<String> {
+    let first = mistakes.0.first()?;
+    let more = mistakes.0.len() - 1;
+    let more = if more == 0 { String::new() } else { format!("; {more} more, which a design of that file shows") };
+    Some(format!("{}: {}{more}", first.code, first.title))
 }
 
 /// In what the two do not fit each other.
