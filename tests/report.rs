@@ -13,10 +13,10 @@ use dpc_codegen::convex::{Box as Intervals, Polytope};
 use dpc_codegen::design::Design;
 use dpc_codegen::emit::Emitted;
 use dpc_codegen::report::Report;
+use dpc_codegen::report::SteadyStates;
 use dpc_codegen::report::budget::{self, Budget, Part, Side};
 use dpc_codegen::report::outline::{Outline, RESOLUTION, selection};
 use dpc_codegen::report::planes::{self, Kind};
-use dpc_codegen::report::SteadyStates;
 use dpc_codegen::simulate::{History, Library, Scenario, Shared, run};
 use dpc_tests::large_network::{LargeNetwork, Plant, Shape};
 use dpc_tests::{Random, cases, read};
@@ -42,7 +42,8 @@ fn rooms(width: usize, count: usize) -> LargeNetwork {
 
 #[test]
 fn the_parts_of_a_range_sum_to_it() {
-    let designs = EXAMPLES.iter().map(|path| design(path)).chain(cases("accept").into_iter().filter_map(|c| Design::new(c).ok()));
+    let designs =
+        EXAMPLES.iter().map(|path| design(path)).chain(cases("accept").into_iter().filter_map(|c| Design::new(c).ok()));
     let large = Design::new(rooms(12, 96).source()).expect("a design");
     for design in designs.chain([large]) {
         for (i, s) in design.network.subsystems.iter().enumerate() {
@@ -54,7 +55,8 @@ fn the_parts_of_a_range_sum_to_it() {
                 assert!((sum - side.limit).abs() <= 1e-12 * side.limit, "{}: {side:?}", s.name);
                 assert!(side.parts.iter().all(|part| *part >= -1e-9 * side.limit), "{}: {side:?}", s.name);
             }
-            let left = budgets.iter().flat_map(|b| b.low.iter().chain(&b.high)).map(|side| side.parts[Part::Left as usize]);
+            let left =
+                budgets.iter().flat_map(|b| b.low.iter().chain(&b.high)).map(|side| side.parts[Part::Left as usize]);
             assert!(left.fold(f64::INFINITY, f64::min) >= smallest_slack(&design, &s.name, &budgets) - 1e-9);
         }
     }
@@ -110,7 +112,8 @@ fn agrees(set: &Polytope, axes: [usize; 2], random: &mut Random) {
     for _ in 0..20 {
         let unit = random.direction(2);
         let d = [unit[0] / size[0], unit[1] / size[1]];
-        let (whole, _) = set.support(&(map.row(0).transpose() * d[0] + map.row(1).transpose() * d[1])).expect("bounded");
+        let (whole, _) =
+            set.support(&(map.row(0).transpose() * d[0] + map.row(1).transpose() * d[1])).expect("bounded");
         let drawn = outline.vertices.iter().map(|v| d[0] * v[0] + d[1] * v[1]).fold(f64::NEG_INFINITY, f64::max);
         assert!(drawn <= whole + 1e-9 && drawn >= whole - 1.0 / RESOLUTION, "{drawn} of {whole}");
     }
@@ -129,11 +132,15 @@ fn steady_states_are_drawn_inside_the_limits() {
                 let [limits, tightened, rest] = [Kind::Limits, Kind::Tightened, Kind::SteadyStates].map(outline);
                 let (limits, tightened) = (limits.expect("X is drawn"), tightened.expect("Xhat is drawn"));
                 let rest = rest.expect("the steady states are drawn");
-                for ((inner, outer), [low, high]) in
-                    [(tightened, limits), (rest, tightened)].map(|(a, b)| (a.ranges(), b.ranges())).into_iter().zip([plane.ranges[0]; 2])
+                for ((inner, outer), [low, high]) in [(tightened, limits), (rest, tightened)]
+                    .map(|(a, b)| (a.ranges(), b.ranges()))
+                    .into_iter()
+                    .zip([plane.ranges[0]; 2])
                 {
                     let room = 1e-6 * (high - low);
-                    let within = |axis: usize| inner[axis][0] >= outer[axis][0] - room && inner[axis][1] <= outer[axis][1] + room;
+                    let within = |axis: usize| {
+                        inner[axis][0] >= outer[axis][0] - room && inner[axis][1] <= outer[axis][1] + room
+                    };
                     assert!((0..2).all(within), "{path} {i} {axes:?}");
                 }
             }
@@ -243,7 +250,10 @@ fn folder() -> PathBuf {
 fn pages_work_in_a_browser() {
     let Some(browser) = Browser::found() else {
         // Past the test harness, which keeps what passing tests print.
-        let _ = writeln!(std::io::stderr(), "skipped: no browser (set DPC_BROWSER, or install chromium): pages were not opened");
+        let _ = writeln!(
+            std::io::stderr(),
+            "skipped: no browser (set DPC_BROWSER, or install chromium): pages were not opened"
+        );
         return;
     };
     fs::create_dir_all(folder()).expect("a folder for pages");
@@ -254,6 +264,7 @@ fn pages_work_in_a_browser() {
         let design = design(path);
         let history = simulated(&design, scenario);
         browser.check(name, &page(&design, Some(&history)), &everything);
+        browser.pictures(name, "dark");
     }
     browser.check("mass_chain", &page(&design(EXAMPLES[5]), None), &still);
     browser.check("rooms_36", &page(&Design::new(rooms(6, 36).source()).expect("a design"), None), &still);
@@ -263,6 +274,9 @@ fn pages_work_in_a_browser() {
 }
 
 struct Browser(PathBuf);
+
+/// Names and sizes of windows.
+const SHAPES: [(&str, u32, u32); 2] = [("wide", 1280, 8000), ("narrow", 500, 8000)];
 
 impl Browser {
     fn found() -> Option<Self> {
@@ -274,26 +288,33 @@ impl Browser {
         stated.into_iter().chain(known).find(|path| path.is_file()).map(Self)
     }
 
-    /// Opens the page wide and narrow, light and dark; leaves pictures; and reads what the page found out about itself.
+    /// Opens the page wide and narrow; leaves pictures; and reads what the page found out about itself.
     fn check(&self, name: &str, page: &str, sections: &[&str]) {
         let file = folder().join(format!("{name}.html"));
         fs::write(&file, page).expect("a page");
-        for (shape, width, height) in [("wide", 1280, 4200), ("narrow", 500, 4200)] {
-            for theme in ["light", "dark"] {
-                let picture = folder().join(format!("{name}_{shape}_{theme}.png"));
-                let _ = fs::remove_file(&picture);
-                self.open(&file, theme, (width, height), &[&format!("--screenshot={}", picture.display())]);
-                let bytes = fs::metadata(&picture).map_or(0, |picture| picture.len());
-                assert!(bytes > 30_000, "{} has {bytes} bytes", picture.display());
-            }
+        self.pictures(name, "light");
+        for (shape, width, _) in SHAPES {
             let document = self.open(&file, "selftest", (width, 1000), &["--dump-dom"]);
             assert!(document.contains("data-script=\"ran\""), "{name}: the script did not run to its end");
             assert!(!document.contains("id=\"errors\""), "{name}: {}", last(&document));
-            sections.iter().for_each(|section| assert!(document.contains(&format!("<section id=\"{section}\"")), "{name}: {section}"));
+            sections.iter().for_each(|section| {
+                assert!(document.contains(&format!("<section id=\"{section}\"")), "{name}: {section}")
+            });
             let found = found_out(&document);
             let number = |key: &str| found[key].as_u64().unwrap_or_else(|| panic!("{name}: no {key} in {found:?}"));
             assert_eq!((number("count"), number("requests")), (0, 0), "{name}, {shape}: {:?}", found["flaws"]);
             assert!(number("boxes") > 200 && number("readouts") > 20, "{name}: {found:?}");
+        }
+    }
+
+    fn pictures(&self, name: &str, theme: &str) {
+        for (shape, width, height) in SHAPES {
+            let picture = folder().join(format!("{name}_{shape}_{theme}.png"));
+            let _ = fs::remove_file(&picture);
+            let page = folder().join(format!("{name}.html"));
+            self.open(&page, theme, (width, height), &[&format!("--screenshot={}", picture.display())]);
+            let bytes = fs::metadata(&picture).map_or(0, |picture| picture.len());
+            assert!(bytes > 30_000, "{} has {bytes} bytes", picture.display());
         }
     }
 
@@ -335,8 +356,10 @@ fn last(document: &str) -> &str {
 }
 
 fn found_out(document: &str) -> BTreeMap<String, Value> {
-    let start = document.find("<pre id=\"selftest\">").unwrap_or_else(|| panic!("no test of itself: {}", last(document)));
+    let start =
+        document.find("<pre id=\"selftest\">").unwrap_or_else(|| panic!("no test of itself: {}", last(document)));
     let text = &document[start + "<pre id=\"selftest\">".len()..];
-    let text = text[..text.find("</pre>").expect("its end")].replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
+    let text =
+        text[..text.find("</pre>").expect("its end")].replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
     serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}"))
 }

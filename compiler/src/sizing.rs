@@ -214,13 +214,7 @@ impl Context<'_> {
     }
 
     /// The alternation from a point of the program on.
-    fn improved(
-        &self,
-        mut program: Program,
-        mut point: Vec<f64>,
-        asks: &Asks,
-        rounds: usize,
-    ) -> (Program, Vec<f64>) {
+    fn improved(&self, mut program: Program, mut point: Vec<f64>, asks: &Asks, rounds: usize) -> (Program, Vec<f64>) {
         for _ in 0..rounds {
             let better = self.better_proofs(&program, &point).filter(|proofs| *proofs != program.proofs);
             let Some(proofs) = better else { break };

@@ -60,7 +60,9 @@ impl Arguments {
             let design = design(source)?;
             let undecided = !design.network.changing_constraints.is_empty();
             if undecided && !self.no_simulation {
-                eprintln!("note: nothing is simulated: constraints change while running, and only a --scenario says how");
+                eprintln!(
+                    "note: nothing is simulated: constraints change while running, and only a --scenario says how"
+                );
             }
             if undecided || self.no_simulation {
                 let emitted = Emitted::new(&design);

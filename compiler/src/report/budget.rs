@@ -36,15 +36,8 @@ pub enum Part {
 }
 
 impl Part {
-    pub const ALL: [Self; 7] = [
-        Self::SetPoints,
-        Self::Moving,
-        Self::Loads,
-        Self::Terminal,
-        Self::Disturbances,
-        Self::Neighbours,
-        Self::Left,
-    ];
+    pub const ALL: [Self; 7] =
+        [Self::SetPoints, Self::Moving, Self::Loads, Self::Terminal, Self::Disturbances, Self::Neighbours, Self::Left];
 }
 
 /// One bound and its parts, in the unit of the signal.

@@ -14,7 +14,8 @@ pub fn thinned(points: &[[f64; 2]], most: usize) -> Vec<[f64; 2]> {
         let (low, high) = both.map_or(([0.0; 2], [0.0; 2]), |(low, high)| (*low, *high));
         if low[0] <= high[0] { [low, high] } else { [high, low] }
     });
-    let mut kept: Vec<[f64; 2]> = finite.first().copied().into_iter().chain(extremes).chain(finite.last().copied()).collect();
+    let mut kept: Vec<[f64; 2]> =
+        finite.first().copied().into_iter().chain(extremes).chain(finite.last().copied()).collect();
     kept.dedup();
     bends(kept)
 }
@@ -48,7 +49,8 @@ mod tests {
 
     #[test]
     fn peaks_stay() {
-        let points: Vec<[f64; 2]> = (0..10_000).map(|k| [f64::from(k), if k == 4321 { 7.0 } else { (0.01 * f64::from(k)).sin() }]).collect();
+        let points: Vec<[f64; 2]> =
+            (0..10_000).map(|k| [f64::from(k), if k == 4321 { 7.0 } else { (0.01 * f64::from(k)).sin() }]).collect();
         let thin = thinned(&points, 400);
         assert!(thin.len() <= 410 && thin.contains(&[4321.0, 7.0]));
         assert_eq!((thin[0], thin[thin.len() - 1]), (points[0], points[9999]));

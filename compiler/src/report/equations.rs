@@ -4,10 +4,18 @@ use maud::{Markup, html};
 
 /// Number, statement, what it is for.
 const ALL: [(&str, &str, &str); 27] = [
-    ("(1), (2)", "x⁺ = A x + B u + E s,  y = C x,  z = C_z x + D_z u,  s = Σ_j L_j z_j", "a subsystem, and what its neighbours' coupling outputs z do to it"),
+    (
+        "(1), (2)",
+        "x⁺ = A x + B u + E s,  y = C x,  z = C_z x + D_z u,  s = Σ_j L_j z_j",
+        "a subsystem, and what its neighbours' coupling outputs z do to it",
+    ),
     ("(3)", "Σ_j H_j y_j ≤ l", "a constraint over outputs of several subsystems"),
     ("(6), (30)", "ỹ⁺ − ỹ ∈ B(ε)", "a reference output moves by ε per step at most"),
-    ("(7)", "x̃⁺ = A x̃ + B ũ + E s̃,  ẽ⁺ = ẽ + ỹ⁺ − C x̃,  ũ = 𝒦 χ,  χ = (x̃, ẽ)", "the references that follow a reference output"),
+    (
+        "(7)",
+        "x̃⁺ = A x̃ + B ũ + E s̃,  ẽ⁺ = ẽ + ỹ⁺ − C x̃,  ũ = 𝒦 χ,  χ = (x̃, ẽ)",
+        "the references that follow a reference output",
+    ),
     ("(8)", "χ⁺ = ℱ χ + 𝒢 ỹ⁺", "all references together; Assumption 3: ℱ is Schur"),
     ("(9)", "χ_ss = (I − ℱ)⁻¹ 𝒢 ỹ", "references at rest"),
     ("(12), (13)", "χ − χ_ss ∈ Δ^χ", "how far moving references are from those at rest"),
@@ -19,8 +27,16 @@ const ALL: [(&str, &str, &str); 27] = [
     ("(22), (23)", "(C_z + D_z K) ℰ ⊕ Δ^z ⊆ Z", "the reserve Δ^z: what a plan may be off its reference in z"),
     ("(24)", "F Σ ⊆ Σ", "the terminal set is invariant"),
     ("(25a)", "(C_z + D_z K) Σ ⊆ Δ^z", "the terminal set fits into the reserve"),
-    ("(25b)", "(x̃, ũ)_ss(∏Y) ⊕ Δ^χ ⊕ (I, K) Σ ⊆ X̂ × Û", "set-points, moving references and terminal set fit into the tightened limits; (25b′) adds loads"),
-    ("(26), (27)", "l̃ = l − Σ_j ( max over Δ^χ + max over Z )", "what is left of a coupling constraint for the references; (26′) for rows drawn while running"),
+    (
+        "(25b)",
+        "(x̃, ũ)_ss(∏Y) ⊕ Δ^χ ⊕ (I, K) Σ ⊆ X̂ × Û",
+        "set-points, moving references and terminal set fit into the tightened limits; (25b′) adds loads",
+    ),
+    (
+        "(26), (27)",
+        "l̃ = l − Σ_j ( max over Δ^χ + max over Z )",
+        "what is left of a coupling constraint for the references; (26′) for rows drawn while running",
+    ),
     ("(28)", "H_i ỹ⁺ ≤ l̃ − Σ_{j≠i} H_j ỹ − (n−1)/n (l̃ − k)", "each subsystem's share of what is left"),
     ("(29)", "min γ‖ỹ⁺ − ỹ‖² + ‖ỹ⁺ − set-point‖²_T", "where a reference output moves"),
     ("(31)", "ỹ ∈ Y", "the set-points that can be reached"),

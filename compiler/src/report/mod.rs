@@ -80,7 +80,13 @@ impl<'a> Report<'a> {
     }
 
     fn contents(&self) -> Markup {
-        let parts = [("verdict", "Verdict"), ("network", "Network"), ("set-points", "Set-points"), ("subsystems", "Subsystems"), ("speed", "Speed")];
+        let parts = [
+            ("verdict", "Verdict"),
+            ("network", "Network"),
+            ("set-points", "Set-points"),
+            ("subsystems", "Subsystems"),
+            ("speed", "Speed"),
+        ];
         let simulation = self.history.map(|_| ("simulation", "Simulation"));
         let parts = parts.into_iter().chain(simulation).chain([("margins", "Margins"), ("equations", "Equations")]);
         html! {

@@ -111,7 +111,8 @@ impl Canvas {
         let along = [towards[0] - from[0], towards[1] - from[1]];
         let length = along[0].hypot(along[1]).max(1e-9);
         let unit = along.map(|x| x / length);
-        let reach = (0..2).map(|axis| (self.half[axis] + 2.0) / unit[axis].abs().max(1e-9)).fold(f64::INFINITY, f64::min);
+        let reach =
+            (0..2).map(|axis| (self.half[axis] + 2.0) / unit[axis].abs().max(1e-9)).fold(f64::INFINITY, f64::min);
         [from[0] + unit[0] * reach, from[1] + unit[1] * reach]
     }
 
@@ -174,12 +175,22 @@ fn drawn(canvas: &Canvas, link: &Link, names: &[&str], largest: f64, class: &str
 fn said(link: &Link, names: &[&str]) -> String {
     let signals = link.signals.iter().map(|(signal, gain)| format!("{} ({})", clipped(signal, 60), short(*gain)));
     let signals: Vec<String> = signals.take(6).collect();
-    format!("{} acts on {} with gain {}, by z = {}", names[link.from], names[link.to], short(link.gain), signals.join("; "))
+    format!(
+        "{} acts on {} with gain {}, by z = {}",
+        names[link.from],
+        names[link.to],
+        short(link.gain),
+        signals.join("; ")
+    )
 }
 
 fn gain_label(canvas: &Canvas, link: &Link, critical: bool) -> Markup {
     let [start, middle, end] = canvas.arc(link.from, link.to);
-    let at = [0, 1].map(|axis| 0.25 * start[axis] + 0.5 * middle[axis] + 0.25 * end[axis]);
+    let on = [0, 1].map(|axis| 0.25 * start[axis] + 0.5 * middle[axis] + 0.25 * end[axis]);
+    // Beside the arrow, on the side it is bent to.
+    let aside = [middle[0] - on[0], middle[1] - on[1]];
+    let length = aside[0].hypot(aside[1]).max(1e-9);
+    let at = [on[0] + 15.0 * aside[0] / length, on[1] + 10.0 * aside[1] / length];
     let gain = format!("{:.2}", link.gain);
     let gain = if link.gain < 0.01 { format!("{:.0e}", link.gain) } else { gain };
     html! {

@@ -107,7 +107,8 @@ pub fn states(design: &Design, steady: &SteadyStates, i: usize, axes: [usize; 2]
     let at_rest = AtRest::new(design, axes.map(|k| steady.state(design, i, k)));
     let names = axes.map(|k| label(&s.states[k]));
     let limits = [&plain(&s.X), &sized.X_nom];
-    let (places, errors) = (Placed { design, i, of_limits: &map, of_errors: &map, at_rest, limits }).plane(Family::States, names.clone());
+    let (places, errors) =
+        (Placed { design, i, of_limits: &map, of_errors: &map, at_rest, limits }).plane(Family::States, names.clone());
     let ranges = errors.map(|range| padded(range, 0.12));
     let shapes = deviations(sized, &map, widths(ranges));
     StatePlanes { places, errors: Plane { of: Family::States, names, ranges, shapes } }

@@ -48,8 +48,11 @@ pub fn section(history: &History) -> Markup {
 
 /// Whether everything was kept, in a sentence.
 fn outcome(history: &History) -> String {
-    let all = history.subsystems.iter().flat_map(|track| &track.margins).chain(history.couplings.iter().map(|c| &c.margin));
-    let violated = all.filter(|margin| margin.least().is_some_and(|(_, value)| value.is_nan() || value < -1e-9 * margin.limit.abs())).count();
+    let all =
+        history.subsystems.iter().flat_map(|track| &track.margins).chain(history.couplings.iter().map(|c| &c.margin));
+    let violated = all
+        .filter(|margin| margin.least().is_some_and(|(_, value)| value.is_nan() || value < -1e-9 * margin.limit.abs()))
+        .count();
     let beyond = history.assumed.iter().filter(|assumed| !**assumed).count();
     let unguaranteed = (0..history.steps()).filter(|&step| !history.is_guaranteed(step)).count();
     let kept = match violated {
@@ -59,7 +62,9 @@ fn outcome(history: &History) -> String {
     };
     let beyond = match beyond {
         0 => "what acted on the network was within what the design assumes at every step".to_owned(),
-        count => format!("what acted on the network was beyond what the design assumes before {}", counted(count, "step")),
+        count => {
+            format!("what acted on the network was beyond what the design assumes before {}", counted(count, "step"))
+        }
     };
     let guarantee = match unguaranteed {
         0 => "every controller said so at every step".to_owned(),
@@ -178,7 +183,8 @@ impl<'a> Drawing<'a> {
 
     fn coupling(&self, coupling: &CouplingTrack) -> Markup {
         let name = format!("{} left", coupling.name);
-        let column = Column { name, unit: coupling.margin.unit.clone(), low: Some(0.0), high: None, values: Vec::new() };
+        let column =
+            Column { name, unit: coupling.margin.unit.clone(), low: Some(0.0), high: None, values: Vec::new() };
         let left = Line { name: "left".to_owned(), class: "reserve", values: &coupling.margin.values, held: false };
         self.chart(&column, &[left], "limit", usize::MAX)
     }
@@ -220,7 +226,8 @@ impl<'a> Drawing<'a> {
 
     /// What is allowed, and lines at its ends.
     fn band(&self, frame: &Frame, column: &Column, limits: &str) -> Markup {
-        let [low, high] = [column.low.unwrap_or(frame.y[0]).max(frame.y[0]), column.high.unwrap_or(frame.y[1]).min(frame.y[1])];
+        let [low, high] =
+            [column.low.unwrap_or(frame.y[0]).max(frame.y[0]), column.high.unwrap_or(frame.y[1]).min(frame.y[1])];
         let unit = column.unit.as_deref();
         html! {
             @if (column.low.is_some() || column.high.is_some()) && high > low {

@@ -81,7 +81,10 @@ fn ends(report: &Report, i: usize, k: usize) -> Markup {
     let chart = Chart {
         title: &title,
         names: ["ε per step".to_owned(), labelled(&s.outputs[k].name, s.outputs[k].unit.as_deref())],
-        curves: vec![("upper end".to_owned(), "steady", of(|Y| &Y.max)), ("lower end".to_owned(), "steady", of(|Y| &Y.min))],
+        curves: vec![
+            ("upper end".to_owned(), "steady", of(|Y| &Y.max)),
+            ("lower end".to_owned(), "steady", of(|Y| &Y.min)),
+        ],
         mark: (report.design.sizing.epsilon, vec![Y.max[k], Y.min[k]]),
         band: true,
     };
@@ -139,7 +142,8 @@ impl Chart<'_> {
         let all: Vec<[f64; 2]> = self.curves.iter().flat_map(|(_, _, points)| points.iter().copied()).collect();
         let marks = self.mark.1.iter().map(|y| [self.mark.0, *y]);
         let all: Vec<[f64; 2]> = all.into_iter().chain(marks).collect();
-        let range = |axis: usize| all.iter().fold([0.0, 0.0], |[low, high]: [f64; 2], p| [low.min(p[axis]), high.max(p[axis])]);
+        let range =
+            |axis: usize| all.iter().fold([0.0, 0.0], |[low, high]: [f64; 2], p| [low.min(p[axis]), high.max(p[axis])]);
         let with_room = |[low, high]: [f64; 2]| {
             let width = if high > low { high - low } else { 1.0 };
             [if low < 0.0 { low - 0.05 * width } else { low }, high + 0.05 * width]
