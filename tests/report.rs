@@ -264,6 +264,7 @@ fn pages_work_in_a_browser() {
         let design = design(path);
         let history = simulated(&design, scenario);
         browser.check(name, &page(&design, Some(&history)), &everything);
+        browser.pictures(name, "dark");
     }
     browser.check("mass_chain", &page(&design(EXAMPLES[5]), None), &still);
     browser.check("rooms_36", &page(&Design::new(rooms(6, 36).source()).expect("a design"), None), &still);
@@ -273,6 +274,9 @@ fn pages_work_in_a_browser() {
 }
 
 struct Browser(PathBuf);
+
+/// Names and sizes of windows.
+const SHAPES: [(&str, u32, u32); 2] = [("wide", 1280, 8000), ("narrow", 500, 8000)];
 
 impl Browser {
     fn found() -> Option<Self> {
@@ -284,18 +288,12 @@ impl Browser {
         stated.into_iter().chain(known).find(|path| path.is_file()).map(Self)
     }
 
-    /// Opens the page wide and narrow, light and dark; leaves pictures; and reads what the page found out about itself.
+    /// Opens the page wide and narrow; leaves pictures; and reads what the page found out about itself.
     fn check(&self, name: &str, page: &str, sections: &[&str]) {
         let file = folder().join(format!("{name}.html"));
         fs::write(&file, page).expect("a page");
-        for (shape, width, height) in [("wide", 1280, 4200), ("narrow", 500, 4200)] {
-            for theme in ["light", "dark"] {
-                let picture = folder().join(format!("{name}_{shape}_{theme}.png"));
-                let _ = fs::remove_file(&picture);
-                self.open(&file, theme, (width, height), &[&format!("--screenshot={}", picture.display())]);
-                let bytes = fs::metadata(&picture).map_or(0, |picture| picture.len());
-                assert!(bytes > 30_000, "{} has {bytes} bytes", picture.display());
-            }
+        self.pictures(name, "light");
+        for (shape, width, _) in SHAPES {
             let document = self.open(&file, "selftest", (width, 1000), &["--dump-dom"]);
             assert!(document.contains("data-script=\"ran\""), "{name}: the script did not run to its end");
             assert!(!document.contains("id=\"errors\""), "{name}: {}", last(&document));
@@ -306,6 +304,17 @@ impl Browser {
             let number = |key: &str| found[key].as_u64().unwrap_or_else(|| panic!("{name}: no {key} in {found:?}"));
             assert_eq!((number("count"), number("requests")), (0, 0), "{name}, {shape}: {:?}", found["flaws"]);
             assert!(number("boxes") > 200 && number("readouts") > 20, "{name}: {found:?}");
+        }
+    }
+
+    fn pictures(&self, name: &str, theme: &str) {
+        for (shape, width, height) in SHAPES {
+            let picture = folder().join(format!("{name}_{shape}_{theme}.png"));
+            let _ = fs::remove_file(&picture);
+            let page = folder().join(format!("{name}.html"));
+            self.open(&page, theme, (width, height), &[&format!("--screenshot={}", picture.display())]);
+            let bytes = fs::metadata(&picture).map_or(0, |picture| picture.len());
+            assert!(bytes > 30_000, "{} has {bytes} bytes", picture.display());
         }
     }
 

@@ -67,7 +67,7 @@ pub fn eq(numbers: &str) -> Markup {
 
 /// The row of the table that states an equation; one with a prime is stated beside that without.
 fn place(number: &str) -> Option<usize> {
-    let plain = number.replace('\'', "").replace('′', "");
+    let plain = number.replace(['\'', '′'], "");
     ALL.iter().position(|(numbers, ..)| numbers.split(", ").any(|known| known == plain))
 }
 

@@ -186,7 +186,11 @@ fn said(link: &Link, names: &[&str]) -> String {
 
 fn gain_label(canvas: &Canvas, link: &Link, critical: bool) -> Markup {
     let [start, middle, end] = canvas.arc(link.from, link.to);
-    let at = [0, 1].map(|axis| 0.25 * start[axis] + 0.5 * middle[axis] + 0.25 * end[axis]);
+    let on = [0, 1].map(|axis| 0.25 * start[axis] + 0.5 * middle[axis] + 0.25 * end[axis]);
+    // Beside the arrow, on the side it is bent to.
+    let aside = [middle[0] - on[0], middle[1] - on[1]];
+    let length = aside[0].hypot(aside[1]).max(1e-9);
+    let at = [on[0] + 15.0 * aside[0] / length, on[1] + 10.0 * aside[1] / length];
     let gain = format!("{:.2}", link.gain);
     let gain = if link.gain < 0.01 { format!("{:.0e}", link.gain) } else { gain };
     html! {

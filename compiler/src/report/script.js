@@ -15,7 +15,7 @@
 
   const short = (x) => (x === 0 || (Math.abs(x) >= 1e-3 && Math.abs(x) < 1e6) ? String(+x.toPrecision(4)) : x.toExponential(3));
   const node = (name, attributes) => {
-    const made = document.createElementNS("http://www.w3.org/2000/svg", name);
+    const made = document.createElementNS(document.querySelector("svg").namespaceURI, name);
     for (const key in attributes) made.setAttribute(key, attributes[key]);
     return made;
   };

@@ -256,7 +256,7 @@ impl<'a> Drawing<'a> {
                     }
                 }
                 @for t in ticks(x, 8) { text.tick x=(place(frame.px(t))) y="32" text-anchor="middle" { (short(t)) } }
-                text.tick x="842" y="32" text-anchor="end" { "t [s]" }
+                text.tick x="56" y="32" text-anchor="end" { "t [s]" }
             }
         }
     }

@@ -2,13 +2,14 @@
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
 use maud::{Markup, html};
+use nalgebra::DVector;
 
 use super::Report;
 use super::equations::eq;
 use super::frame::{Frame, place};
 use super::words::{clipped, labelled};
 use crate::convex::Box as Intervals;
-use crate::sizing::SpeedPoint;
+use crate::sizing::{Sizes, SpeedPoint};
 use crate::summary::short;
 
 /// Outputs that get a chart of their own.
@@ -43,25 +44,44 @@ fn outputs(report: &Report) -> Vec<(usize, usize)> {
     parts.flat_map(|(i, s)| (0..s.p()).map(move |k| (i, k))).collect()
 }
 
-/// Geometric mean of the widths of all outputs.
+fn geometric_mean(values: impl Iterator<Item = f64>) -> f64 {
+    let logs: Vec<f64> = values.map(|value| value.max(0.0).ln()).collect();
+    (logs.iter().sum::<f64>() / logs.len() as f64).exp()
+}
+
+/// Of the widths of all outputs.
 fn mean_width<'a>(Y: impl Iterator<Item = &'a Intervals>) -> f64 {
-    let widths: Vec<f64> = Y.flat_map(|Y| Y.max.iter().zip(&Y.min).map(|(max, min)| max - min)).collect();
-    let sum: f64 = widths.iter().map(|width| width.max(0.0).ln()).sum();
-    (sum / widths.len() as f64).exp()
+    geometric_mean(Y.flat_map(|Y| Y.max.iter().zip(&Y.min).map(|(max, min)| max - min)))
+}
+
+fn mean_reserve<'a>(dz: impl Iterator<Item = &'a DVector<f64>>) -> f64 {
+    geometric_mean(dz.flat_map(|dz| dz.iter().copied()))
 }
 
 fn widths(report: &Report) -> Markup {
-    let here = mean_width(report.design.sizing.subsystems.iter().map(|s| &s.Y));
-    let of = |point: &SpeedPoint| point.sizes.as_ref().map(|found| [point.epsilon, mean_width(found.Y.iter()) / here]);
-    let curve: Vec<[f64; 2]> = report.speed.iter().filter_map(of).collect();
+    let all = &report.design.sizing.subsystems;
+    let (width, reserve) = (mean_width(all.iter().map(|s| &s.Y)), mean_reserve(all.iter().map(|s| &s.dz)));
+    let curve = |of: &dyn Fn(&Sizes) -> f64| -> Vec<[f64; 2]> {
+        let point = |point: &SpeedPoint| point.sizes.as_ref().map(|found| [point.epsilon, of(found)]);
+        report.speed.iter().filter_map(point).collect()
+    };
+    let mut curves = vec![("width of Y".to_owned(), "steady", curve(&|found| mean_width(found.Y.iter()) / width))];
+    if reserve.is_finite() && reserve > 0.0 {
+        curves.push(("reserve Δᶻ".to_owned(), "reserve", curve(&|found| mean_reserve(found.dz.iter()) / reserve)));
+    }
     let chart = Chart {
-        title: "Width of Y against ε",
-        names: ["ε per step".to_owned(), "mean width of Y, relative".to_owned()],
-        curves: vec![("width of Y".to_owned(), "steady", curve)],
+        title: "Width of Y, and reserve, against ε",
+        names: ["ε per step".to_owned(), "relative to this design".to_owned()],
+        curves,
         mark: (report.design.sizing.epsilon, vec![1.0]),
         band: false,
     };
-    chart.drawn(html! { p { "The geometric mean of the widths of all outputs' ranges, 1 in this design. " (open_end(report)) } })
+    chart.drawn(html! {
+        p {
+            "Geometric means over all outputs: " span.swatch.steady {} "widths of their ranges, " span.swatch.reserve {} "reserve Δᶻ. "
+            (open_end(report))
+        }
+    })
 }
 
 /// Where no design exists beyond the curve.
@@ -72,7 +92,7 @@ fn open_end(report: &Report) -> String {
 
 fn ends(report: &Report, i: usize, k: usize) -> Markup {
     let s = &report.design.network.subsystems[i];
-    let of = |end: fn(&Intervals) -> &nalgebra::DVector<f64>| -> Vec<[f64; 2]> {
+    let of = |end: fn(&Intervals) -> &DVector<f64>| -> Vec<[f64; 2]> {
         let point = |point: &SpeedPoint| point.sizes.as_ref().map(|found| [point.epsilon, end(&found.Y[i])[k]]);
         report.speed.iter().filter_map(point).collect()
     };

@@ -71,11 +71,13 @@ fn figures(report: &Report, steady: &SteadyStates, i: usize) -> Markup {
                 }
             }
         }
-        @if s.m() > 1 { (planes_of("Inputs", &s.inputs, few, |axes| planes::inputs(design, steady, i, axes))) }
-        @if s.p() > 1 { (planes_of("Outputs", &s.outputs, few, |axes| planes::outputs(design, i, axes))) }
-        @if s.nz() > 1 {
-            @let signals: Vec<Signal> = s.coupling_outputs.iter().map(|name| Signal { name: clipped(name, 40), unit: None }).collect();
-            (planes_of("Coupling outputs", &signals, few, |axes| planes::coupling_outputs(design, i, axes)))
+        div.charts {
+            @if s.m() > 1 { (planes_of("Inputs", &s.inputs, few, |axes| planes::inputs(design, steady, i, axes))) }
+            @if s.p() > 1 { (planes_of("Outputs", &s.outputs, few, |axes| planes::outputs(design, i, axes))) }
+            @if s.nz() > 1 {
+                @let signals: Vec<Signal> = s.coupling_outputs.iter().map(|name| Signal { name: clipped(name, 40), unit: None }).collect();
+                (planes_of("Coupling outputs", &signals, few, |axes| planes::coupling_outputs(design, i, axes)))
+            }
         }
     }
 }
@@ -152,7 +154,7 @@ fn plane(plane: &Plane, title: &str, more: bool) -> Markup {
                 g.cross {}
             }
             figcaption {
-                strong { (title) }
+                @if plane.of == Family::States { strong { (title) } }
                 output.readout { "Point into the plane." }
                 ul.legend { @for shape in &plane.shapes { (entry(plane, shape)) } }
                 @if more { p { "Further pairs of states are left out of this page." } }

@@ -1,6 +1,8 @@
 //! What another epsilon would mean for the set-points.
 #![expect(non_snake_case, reason = "the paper's symbols")]
 
+use nalgebra::DVector;
+
 use super::program::{Asks, Goal, Program};
 use super::{Context, FEW_ROUNDS, Sizing};
 use crate::convex::Box;
@@ -24,6 +26,8 @@ pub struct SpeedPoint {
 pub struct Sizes {
     /// Y_i of every subsystem.
     pub Y: Vec<Box>,
+    /// Half-widths of its Delta_i^z.
+    pub dz: Vec<DVector<f64>>,
     /// The weighted sum of logarithms at the optimum: never more than at a smaller epsilon.
     pub objective: f64,
 }
@@ -103,7 +107,12 @@ impl Context<'_> {
             let (max, min) = program.y_ends(point, i);
             Box { max, min: -min }
         };
-        Sizes { Y: (0..self.network.subsystems.len()).map(of).collect(), objective: program.objective(point) }
+        let count = self.network.subsystems.len();
+        Sizes {
+            Y: (0..count).map(of).collect(),
+            dz: (0..count).map(|i| program.dz(point, i)).collect(),
+            objective: program.objective(point),
+        }
     }
 }
 
