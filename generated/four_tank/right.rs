@@ -5,6 +5,17 @@
 //     dpc-codegen system.toml --out four_tank
 //
 // Fits dpc-runtime 0.1. Numbers are in the units of system.toml, as deviations from its operating point.
+//
+// Takes, in bytes (`--measure`; opt-level 3, no link-time optimisation):
+//
+//     target                     rustc   code  constants  controller  inbox  step  start
+//     x86_64-unknown-linux-gnu  1.95.0  41646       2392         992     72  2128    888
+//     thumbv7em-none-eabihf     1.96.0  77396       2976         944     72  3144    964
+//
+// Code and constants are what a linker keeps of the functions below; step and start are the most stack of
+// these, their own frames and all they call.
+// x86_64-unknown-linux-gnu: no panic; calls memcpy, memmove, whose stack comes on top
+// thumbv7em-none-eabihf: no panic, nothing else is needed
 
 use dpc_runtime::tables::{
     Bounds, Clamp, DpcProblem, Link, Model, Stage, StageRow, Tables,

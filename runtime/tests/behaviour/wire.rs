@@ -38,7 +38,7 @@ fn every_message_comes_back_bit_by_bit() {
             step: random.bits() as i64,
             y_ref: std::array::from_fn(|_| f64::from_bits(random.bits())),
             z_ref: std::array::from_fn(|_| f64::from_bits(random.bits())),
-            certified: random.bits() % 2 == 0,
+            certified: random.bits().is_multiple_of(2),
             plan: random.bits() as u32,
         };
         let sender = Sender { design: random.bits(), place: random.bits() as u32 };
@@ -137,7 +137,7 @@ fn no_bytes_are_too_bad_to_read() {
             let at = random.below(noisy.len());
             noisy[at] ^= 1 << (random.bits() % 8);
         }
-        if random.bits() % 4 == 0 {
+        if random.bits().is_multiple_of(4) {
             noisy.truncate(random.below(BYTES));
         }
         let mut inbox = PairInbox::<0>::new();
