@@ -7,9 +7,10 @@
 //!
 //! `text -> Spec -> Network -> Gains -> Sets -> Sizing -> Problems -> Emitted`: every stage is a value that is made from
 //! earlier ones, never changes afterwards, and says what holds from then on. [`design::Design`] is the pipeline on one
-//! page; read it first. Between `Network` and `Gains`, [`tuning`] may search for gains, which the later stages then take
-//! as given ones. [`build`] runs it in a build script, the program `dpc-codegen` on the command line,
-//! [`export::design_json`] tells other tools the result, and [`summary::Summary`] people.
+//! page; read it first. `Spec` has [`import`] read the matrices that the text says stand in other files. Between `Network`
+//! and `Gains`, [`tuning`] may search for gains, which the later stages then take as given ones. [`build`] runs it in a
+//! build script, the program `dpc-codegen` on the command line, [`export::design_json`] tells other tools the result, and
+//! [`summary::Summary`] people.
 //!
 //! # Symbols
 //!
