@@ -173,6 +173,7 @@ fn unusable_files_are_refused_with_a_reason() {
         ("{ file = \"stored.npz\", name = \"Phi\" }", "stored.npz has A (4 x 4), B (4 x 2), C (2 x 4)"),
         ("{ file = \"A.csv\", name = \"A\" }", "leave `name` out"),
         ("{ file = \"A.csv\", rows = [0] }", "it has rows 1 to 4"),
+        ("{ file = \"A.csv\", rows = [1, 2, 3, 1] }", "row 1 of A.csv is picked twice"),
         ("{ file = \"A.csv\", columns = [\"h1\"] }", "the file has no names of columns"),
         ("{ file = \"A_named.csv\", columns = [\"H1\"] }", "did you mean \"h1\"?"),
         ("{ file = \"A_named.csv\", rows = [\"x9\"] }", "its rows are h1, h2, h3, h4"),
