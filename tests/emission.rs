@@ -16,7 +16,7 @@ use dpc_tests::{cases, lower, read, root, sparsely};
 fn the_same_text_gives_the_same_bytes_wherever_the_file_is() {
     for (case, first) in networks() {
         // Files that the text names have to be found from there.
-        let folder = if Spec::files(&case).is_empty() { Path::new("/somewhere/else") } else { root() };
+        let folder = if Spec::files(case).is_empty() { Path::new("/somewhere/else") } else { root() };
         let path = folder.join(&case.path).to_string_lossy().into_owned();
         let elsewhere = Source { path, text: case.text.clone() };
         let again = emitted(&elsewhere).expect("the design that existed a moment ago");
