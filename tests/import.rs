@@ -1,13 +1,16 @@
 //! Do matrices from files mean the same as matrices in the text, and is every other file refused with a reason?
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use dpc_codegen::design::Design;
 use dpc_codegen::diagnostic::{Diagnostics, Source, code};
+use dpc_codegen::emit::Emitted;
 use dpc_codegen::import::{self, Array};
 use dpc_codegen::network::Network;
 use dpc_codegen::spec::Spec;
+use dpc_codegen::summary::Summary;
 use dpc_tests::{Random, lower, read, root};
 
 const FOLDER: &str = "cases/import";
@@ -170,6 +173,7 @@ fn unusable_files_are_refused_with_a_reason() {
         ("{ file = \"stored.npz\", name = \"Phi\" }", "stored.npz has A (4 x 4), B (4 x 2), C (2 x 4)"),
         ("{ file = \"A.csv\", name = \"A\" }", "leave `name` out"),
         ("{ file = \"A.csv\", rows = [0] }", "it has rows 1 to 4"),
+        ("{ file = \"A.csv\", rows = [1, 2, 3, 1] }", "row 1 of A.csv is picked twice"),
         ("{ file = \"A.csv\", columns = [\"h1\"] }", "the file has no names of columns"),
         ("{ file = \"A_named.csv\", columns = [\"H1\"] }", "did you mean \"h1\"?"),
         ("{ file = \"A_named.csv\", rows = [\"x9\"] }", "its rows are h1, h2, h3, h4"),
@@ -313,4 +317,69 @@ fn the_fixtures_are_what_the_script_writes() {
         });
         assert_eq!(committed, made, "{name}");
     }
+}
+
+/// The pages in `docs/import`: their models give the design whose summary they show.
+#[test]
+fn the_pages_show_what_is_printed() {
+    let fixture = |from: &str, to: &str| (root().join(FOLDER).join(from), to.to_owned());
+    let julia = ["A", "B", "C"].map(|name| fixture(&format!("page_{name}.csv"), &format!("{name}.csv")));
+    let pages = [("matlab", vec![fixture("page.mat", "plant.mat")]), ("julia", julia.to_vec())];
+    for (page, files) in pages {
+        let folder = scratch(page);
+        for (from, to) in files {
+            fs::copy(from, folder.join(to)).expect("a fixture");
+        }
+        assert_printed(page, &folder);
+    }
+}
+
+#[test]
+fn the_python_page_runs_as_printed() {
+    if !python(&["-c", "import numpy"], Path::new(".")) {
+        eprintln!("SKIPPED: there is no python3 with numpy here");
+        return;
+    }
+    let folder = scratch("python");
+    fs::write(folder.join("export.py"), block("python", "python")).expect("a script");
+    if !python(&["-c", "import control"], &folder) {
+        eprintln!("python-control is not here: its model is replaced by one that holds the matrices");
+        let model =
+            "from types import SimpleNamespace\ndef ss(A, B, C, D):\n    return SimpleNamespace(A=A, B=B, C=C, D=D)\n";
+        fs::write(folder.join("control.py"), model).expect("a module");
+    }
+    assert!(python(&["export.py"], &folder));
+    assert_printed("python", &folder);
+}
+
+fn python(arguments: &[&str], folder: &Path) -> bool {
+    Command::new("python3").args(arguments).current_dir(folder).output().is_ok_and(|output| output.status.success())
+}
+
+fn scratch(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pages").join(name);
+    if folder.exists() {
+        fs::remove_dir_all(&folder).expect("a folder of an earlier run");
+    }
+    fs::create_dir_all(&folder).expect("a folder for the page");
+    folder
+}
+
+/// The first block in a language of a page.
+fn block(page: &str, language: &str) -> String {
+    let path = root().join("../docs/import").join(page).with_extension("md");
+    let text = fs::read_to_string(path).expect("the page is there");
+    let (_, rest) = text.split_once(&format!("```{language}\n")).expect("a block in this language");
+    rest.split_once("\n```").expect("its end").0.to_owned()
+}
+
+fn assert_printed(page: &str, folder: &Path) {
+    let path = folder.join("system.toml").to_string_lossy().into_owned();
+    let source = Source { path, text: block(page, "toml") };
+    let design = Design::new(source.clone()).unwrap_or_else(|errors| panic!("{}", errors.render(&source, false)));
+    let emitted = Emitted::new(&design);
+    assert!(emitted.files.iter().all(|(_, text)| !text.contains(&*folder.to_string_lossy())), "no path is emitted");
+    let printed = Summary::new(&design, &emitted).to_string();
+    let shown = block(page, "text");
+    assert!(printed.contains(&shown), "{page}.md shows\n{shown}\nprinted is\n{printed}");
 }

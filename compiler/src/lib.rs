@@ -7,10 +7,10 @@
 //!
 //! `text -> Spec -> Network -> Gains -> Sets -> Sizing -> Problems -> Emitted`: every stage is a value that is made from
 //! earlier ones, never changes afterwards, and says what holds from then on. [`design::Design`] is the pipeline on one
-//! page; read it first. Between `Network` and `Gains`, [`tuning`] may search for gains, which the later stages then take
-//! as given ones. [`Build`] runs it in a build script, the program `dpc-codegen` on the command line,
-//! [`export::design_json`] tells other tools the result, and [`summary::Summary`] people. What is wrong with a file is told by
-//! [`diagnostic`], and at length by [`explain`].
+//! page; read it first. `Spec` has [`import`] read the matrices that the text says stand in other files. Between `Network`
+//! and `Gains`, [`tuning`] may search for gains, which the later stages then take as given ones. [`Build`] runs it in a
+//! build script, the program `dpc-codegen` on the command line, [`export::design_json`] tells other tools the result, and
+//! [`summary::Summary`] people. What is wrong with a file is told by [`diagnostic`], and at length by [`explain`].
 //!
 //! The manual is the folder `docs` of the repository: a tutorial, the reference of `system.toml`, the theory in two pages with
 //! its limits, how to run controllers, and a comparison with other tools.

@@ -208,7 +208,12 @@ impl Summary<'_> {
         let Network { hold: Some(hold), subsystems, .. } = &self.design.network else { return Vec::new() };
         let errors = match &hold.errors {
             Some(errors) => &errors[i],
-            None => return vec![item("coupling held", "no bound of its error: the network is too large")],
+            None => {
+                return vec![item(
+                    "coupling held",
+                    "no bound of its error: the whole network has no exact discretisation here",
+                )];
+            }
         };
         let state = |(signal, error): (&Signal, &HoldError)| match error {
             HoldError::Within { below, above } => {
@@ -217,12 +222,12 @@ impl Summary<'_> {
             HoldError::Unbounded(_) => format!("{} without bound", signal.name),
         };
         let states: Vec<String> = subsystems[i].states.iter().zip(errors).map(state).collect();
-        let end = if hold.charged { ", in w" } else { "" };
-        let lines = states.chunks(STATES_PER_LINE).map(|states| states.join(", "));
-        lines
-            .enumerate()
-            .map(|(k, line)| item(if k == 0 { "coupling held" } else { "" }, &format!("x+ off by {line}{end}")))
-            .collect()
+        let end = if hold.charged { " (in w)" } else { "" };
+        let mut lines: Vec<String> = states.chunks(STATES_PER_LINE).map(|states| states.join(", ")).collect();
+        lines[0].insert_str(0, "x+ off by ");
+        lines.last_mut().into_iter().for_each(|line| line.push_str(end));
+        let label = |k: usize| if k == 0 { "coupling held" } else { "" };
+        lines.iter().enumerate().map(|(k, line)| item(label(k), line)).collect()
     }
 
     fn coupling(&self) -> Vec<String> {

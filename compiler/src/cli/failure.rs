@@ -18,6 +18,8 @@ pub enum Exit {
     Usage = 2,
     /// The file system, or a program that was called, failed.
     System = 3,
+    /// A simulation broke a promise of the design.
+    Broken = 4,
 }
 
 pub const EXIT_CODES: &str = "\
@@ -25,7 +27,8 @@ Exit codes:
   0  done
   1  the input has mistakes, which are shown; nothing was written
   2  the command line makes no sense
-  3  the file system failed, or a program that was called";
+  3  the file system failed, or a program that was called
+  4  `simulate`: a constraint was violated although every controller said that the guarantee holds";
 
 /// Why a command did not do what was asked.
 #[derive(Debug)]
@@ -36,6 +39,7 @@ pub enum Failure {
     Input(String),
     Usage(String),
     System(String),
+    Broken(String),
 }
 
 /// A plain message is about the input.
@@ -64,6 +68,7 @@ impl Failure {
             Self::Mistakes(_) | Self::Input(_) => Exit::Mistakes,
             Self::Usage(_) => Exit::Usage,
             Self::System(_) => Exit::System,
+            Self::Broken(_) => Exit::Broken,
         }
     }
 
@@ -83,7 +88,9 @@ impl Failure {
                 let hint = mistakes.hint().map_or(String::new(), |hint| format!("\n\n{hint}"));
                 mistakes.render(source, styled) + &hint
             }
-            Self::Input(message) | Self::Usage(message) | Self::System(message) => message.trim_end().to_owned(),
+            Self::Input(message) | Self::Usage(message) | Self::System(message) | Self::Broken(message) => {
+                message.trim_end().to_owned()
+            }
         }
     }
 
@@ -92,6 +99,7 @@ impl Failure {
             Self::Mistakes(told) => json!({ "outcome": "mistakes", "diagnostics": told.1.to_json(&told.0) }),
             Self::Input(message) => json!({ "outcome": "mistakes", "diagnostics": [], "message": plain(message) }),
             Self::Usage(message) => json!({ "outcome": "usage", "diagnostics": [], "message": plain(message) }),
+            Self::Broken(message) => json!({ "outcome": "broken", "diagnostics": [], "message": plain(message) }),
             Self::System(message) => json!({ "outcome": "system", "diagnostics": [], "message": plain(message) }),
         }
     }

@@ -73,8 +73,8 @@ impl Command {
             Self::Explain(arguments) => explain::run(&arguments),
             Self::Completions(arguments) => completions::run(&arguments),
             Self::New(arguments) => new::run(&arguments),
-            Self::Report(arguments) => report::run(&arguments).map_err(Failure::Input),
-            Self::Simulate(arguments) => simulate::run_simulation(&arguments).map_err(Failure::Input),
+            Self::Report(arguments) => report::run(&arguments),
+            Self::Simulate(arguments) => simulate::run(&arguments),
         }
     }
 }

@@ -1,15 +1,15 @@
 //! `dpc-codegen report system.toml`: one page about a design.
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use dpc_codegen::build;
 use dpc_codegen::design::Design;
 use dpc_codegen::diagnostic::Source;
 use dpc_codegen::emit::{Emitted, package_folder, write_all};
 use dpc_codegen::report::Report;
 use dpc_codegen::simulate::History;
+
+use super::failure::{Failure, say};
 
 /// Write one page about a design: its sets, margins, ranges and a simulation, as HTML that needs no network
 #[derive(Args)]
@@ -31,10 +31,10 @@ pub struct Arguments {
     cache: Option<PathBuf>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), String> {
-    let source = build::read(&arguments.file)?;
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let source = Source::read(&arguments.file)?;
     if let Some(out) = &arguments.out {
-        arguments.check_target(out)?;
+        arguments.check_target(out).map_err(Failure::Usage)?;
     }
     let (design, emitted, history) = arguments.performed(&source)?;
     let report = Report::new(&design, &emitted);
@@ -44,20 +44,17 @@ pub fn run(arguments: &Arguments) -> Result<(), String> {
     };
     let default = || PathBuf::from(package_folder(&design.network) + ".html");
     let out = arguments.out.clone().unwrap_or_else(default);
-    let changed = write_all(&[(out.clone(), page.as_str())]).map_err(|error| format!("error: {error}"))?;
+    let changed =
+        write_all(&[(out.clone(), page.as_str())]).map_err(|error| Failure::System(format!("error: {error}")))?;
     let word = if changed[0] { "Written:  " } else { "Unchanged:" };
-    super::failure::say(&format!("{word} {}\n", out.display())).map_err(|_| "error: cannot print".to_owned())
+    say(&format!("{word} {}\n", out.display()))
 }
 
 impl Arguments {
     /// The design, and what happened in the simulation where there is to be one.
-    fn performed(&self, source: &Source) -> Result<(Design, Emitted, Option<History>), String> {
-        let design = |source: &Source| {
-            let design = Design::new(source.clone());
-            design.map_err(|mistakes| mistakes.render(source, std::io::stderr().is_terminal()))
-        };
+    fn performed(&self, source: &Source) -> Result<(Design, Emitted, Option<History>), Failure> {
         if self.scenario.is_none() {
-            let design = design(source)?;
+            let design = Design::new(source.clone()).map_err(|mistakes| Failure::mistakes(source.clone(), mistakes))?;
             let undecided = !design.network.changing_constraints.is_empty();
             if undecided && !self.no_simulation {
                 eprintln!(

@@ -1,23 +1,21 @@
 //! `dpc-codegen simulate system.toml --scenario s.toml`: the emitted controllers in closed loop.
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use dpc_codegen::build;
-use dpc_codegen::design::Design;
+use dpc_codegen::design::{Design, Request};
 use dpc_codegen::diagnostic::{Diagnostics, Source};
 use dpc_codegen::emit::{Emitted, module_name, write_all};
-use dpc_codegen::simulate::{
-    Findings, Format, History, Library, Report, Scenario, Shared, Start, is_planned, picture, run,
-};
+use dpc_codegen::simulate::{Findings, Format, History, Library, Report, Scenario, Shared, Start, is_planned, picture};
 use dpc_codegen::spec::scenario::Scenario as Written;
 use indicatif::{ProgressBar, ProgressStyle};
+
+use super::failure::{Failure, say};
 
 /// Run the emitted controllers in closed loop with the plant, and write what happened as tables and pictures
 ///
 /// The controllers are compiled once and kept in a cache; another scenario for the same network does not compile again. Ends with exit
-/// code 1 where a constraint was violated although every controller said that the guarantee holds, which would be a mistake in this
+/// code 4 where a constraint was violated although every controller said that the guarantee holds, which would be a mistake in this
 /// program; a violation after an upset or a lost message is none, and is listed.
 #[derive(Args)]
 pub struct Arguments {
@@ -43,58 +41,52 @@ pub struct Arguments {
     pub cache: Option<PathBuf>,
 }
 
-pub fn run_simulation(arguments: &Arguments) -> Result<(), String> {
-    let source = build::read(&arguments.file)?;
-    let (design, _, history) = performed(arguments, &source)?;
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let (design, _, history) = performed(arguments, &Source::read(&arguments.file)?)?;
     let findings = Findings::new(&history, &design);
-    let written = write(arguments, &history)?;
-    super::failure::say(&format!("{}\n{written}", Report { history: &history, findings: &findings }))
-        .map_err(|_| "error: cannot print".to_owned())?;
+    let written = write(arguments, &history).map_err(Failure::System)?;
+    say(&format!("{}\n{written}", Report { history: &history, findings: &findings }))?;
     match findings.broken.len() {
         0 => Ok(()),
-        broken => Err(format!(
+        broken => Err(Failure::Broken(format!(
             "error: {broken} constraints were violated although the guarantee was said to hold; please report it"
-        )),
+        ))),
     }
 }
 
 /// The design, what was emitted of it, and what happened; nothing is written but to the cache.
-pub fn performed(arguments: &Arguments, source: &Source) -> Result<(Design, Emitted, History), String> {
+pub fn performed(arguments: &Arguments, source: &Source) -> Result<(Design, Emitted, History), Failure> {
     let (design, scenario) = prepared(arguments, source)?;
     let emitted = Emitted::new(&design);
     let cache = arguments.cache.clone().unwrap_or_else(Library::default_folder);
-    let library = built(&design, &emitted, &cache)?;
-    let mut controllers = Shared::load(&library, &design)?;
-    let history = simulated(&design, &scenario, &mut controllers)?;
+    let library = built(&design, &emitted, &cache).map_err(Failure::System)?;
+    let mut controllers = Shared::load(&library, &design).map_err(Failure::System)?;
+    let history = simulated(&design, &scenario, &mut controllers).map_err(Failure::Input)?;
     Ok((design, emitted, history))
 }
 
 /// The design, with a start-up plan where the scenario asks for one, and the scenario drawn out for it.
-fn prepared(arguments: &Arguments, source: &Source) -> Result<(Design, Scenario), String> {
-    let rendered = |source: &Source, mistakes: &Diagnostics| mistakes.render(source, std::io::stderr().is_terminal());
-    let in_network = |mistakes: Diagnostics| rendered(source, &mistakes);
+fn prepared(arguments: &Arguments, source: &Source) -> Result<(Design, Scenario), Failure> {
+    let in_network = |mistakes: Diagnostics| Failure::mistakes(source.clone(), mistakes);
     let Some(file) = &arguments.scenario else {
         let design = Design::new(source.clone()).map_err(in_network)?;
         let scenario = Scenario::visiting(&design).map_err(in_network)?;
         return Ok((design, scenario));
     };
-    let text = build::read(file)?;
-    let in_scenario = |mistakes: Diagnostics| rendered(&text, &mistakes);
+    let text = Source::read(file)?;
+    let in_scenario = |mistakes: Diagnostics| Failure::mistakes(text.clone(), mistakes);
     let mut given = Written::parse(&text).map_err(in_scenario)?;
     if let Some(seed) = arguments.seed {
         given.seed = Some(dpc_codegen::spec::At::new(seed, 0..0));
     }
-    let design = match is_planned(&given) {
-        true => Design::anywhere(source.clone(), None, &mut ()),
-        false => Design::new(source.clone()),
-    };
-    let design = design.map_err(in_network)?;
+    let request = Request { anywhere: is_planned(&given), ..Request::default() };
+    let design = Design::requested(source.clone(), &request, &mut ()).map_err(in_network)?;
     let folder = file.parent().unwrap_or(Path::new(""));
     let scenario = Scenario::of(&given, &text, folder, &design).map_err(in_scenario)?;
     match &scenario.start {
         Start::Planned(start) if is_planned(&given) => {
-            let plan =
-                design.plan_from(start).map_err(|no| rendered(&text, &no.diagnostic(&design.network, start).into()))?;
+            let plan = design.plan_from(start);
+            let plan = plan.map_err(|refusal| in_scenario(refusal.diagnostic(&design.network, start).into()))?;
             Ok((Design { start: Some(plan), ..design }, scenario))
         }
         _ => Ok((design, scenario)),
@@ -118,7 +110,7 @@ fn simulated(design: &Design, scenario: &Scenario, controllers: &mut Shared) -> 
     let style = ProgressStyle::with_template("  simulating {bar:40} {pos} of {len} steps, {eta} left");
     let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
     let bar = ProgressBar::new(scenario.steps as u64).with_style(style);
-    let history = run(design, scenario, controllers, &mut |step| bar.set_position(step as u64));
+    let history = dpc_codegen::simulate::run(design, scenario, controllers, &mut |step| bar.set_position(step as u64));
     bar.finish_and_clear();
     history
 }

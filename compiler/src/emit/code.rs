@@ -42,10 +42,23 @@ pub fn header_with(design: &Design, what: &str, option: &str) -> String {
          //\n\
          //     dpc-codegen {file} {option}{effort}{scalar}{start}{samples}\n\
          //\n\
-         // Fits dpc-runtime {major}.{minor}. Numbers are in the units of {file}, as deviations from its operating point.\n",
+         // Fits dpc-runtime {major}.{minor}. Numbers are in the units of {file}, as deviations from its operating point.\n{}",
         one_line(what),
         env!("CARGO_PKG_VERSION"),
+        origin(design),
     )
+}
+
+/// Where the model comes from, where that is not all in the file: other files, as it names them, and continuous time.
+fn origin(design: &Design) -> String {
+    let files: Vec<String> = design.network.files.iter().map(|file| one_line(file)).collect();
+    let imported = (!files.is_empty()).then(|| format!("// Matrices come from {}.\n", files.join(", ")));
+    let sampled = design.network.hold.as_ref().map(|hold| {
+        let charged =
+            if hold.charged { "what that leaves out is part of w" } else { "what that leaves out is not charged" };
+        format!("// The model is sampled from continuous time with the coupling held over each period; {charged}.\n")
+    });
+    [imported, sampled].into_iter().flatten().collect()
 }
 
 /// Name of the file the network was read from, without its folders: these differ between machines.

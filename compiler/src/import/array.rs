@@ -35,7 +35,7 @@ impl Array {
     }
 
     /// The same numbers as a list.
-    pub(super) fn as_list(self) -> Self {
+    pub(super) fn into_list(self) -> Self {
         Self { flat: true, ..self }
     }
 

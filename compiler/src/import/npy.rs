@@ -21,7 +21,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Array, Unusable> {
         true => Array::by_columns(rows, columns, &numbers)?,
         false => Array::new(rows, columns, numbers)?,
     };
-    Ok(if header.shape.len() == 1 { array.as_list() } else { array })
+    Ok(if header.shape.len() == 1 { array.into_list() } else { array })
 }
 
 /// Header and data; `None` where the file ends too early.

@@ -15,8 +15,8 @@ use crate::optim::exponential::{Enclosure, sampled};
 use crate::optim::lyapunov::eigenvalues;
 use crate::optim::rounding::{sum_upper, up_to_digits};
 
-/// More states than this have no exact discretisation here: it is dense.
-const MOST_STATES: usize = 1500;
+/// More states than this have no exact discretisation here: it is dense, and takes about ten seconds for as many.
+const MOST_STATES: usize = 500;
 /// Sampled models that are not known to this share of their largest entry are none.
 const LEAST_ACCURACY: f64 = 1e-6;
 
@@ -45,6 +45,8 @@ pub enum HoldError {
 pub struct Fastest {
     /// Largest rate at which a mode dies out, 1/s.
     pub decay: f64,
+    /// Largest rate at which one grows, 1/s.
+    pub growth: f64,
     /// Largest angular frequency, rad/s.
     pub turn: f64,
 }
@@ -96,24 +98,24 @@ fn not_sampled(s: &Subsystem, period: f64) -> Diagnostic {
     let error = Diagnostic::error(code::SAMPLING, format!("subsystem `{}` cannot be sampled every {period} s", s.name));
     let place = s.places.or_header(&s.places.A);
     let label = format!("e^(A h) is not known to {LEAST_ACCURACY:e} of its largest entry in double precision");
-    let fastest = fastest(s);
-    error
-        .at(place, label)
-        .note(format!("its fastest modes: decay {:.3e} 1/s, turn {:.3e} rad/s", fastest.decay, fastest.turn))
-        .help("shorten `sample-time`, or check the units of time in A: seconds are meant")
+    let Fastest { decay, growth, turn } = fastest(s);
+    let modes =
+        format!("its modes die out at up to {decay:.3e} 1/s, grow at {growth:.3e} 1/s, turn at {turn:.3e} rad/s");
+    error.at(place, label).note(modes).help("shorten `sample-time`, or check the units of time in A: seconds are meant")
 }
 
 fn fastest(s: &Subsystem) -> Fastest {
     let modes = eigenvalues(&s.A).unwrap_or_default();
     modes.into_iter().fold(Fastest::default(), |most, (re, im)| Fastest {
         decay: most.decay.max(-re),
+        growth: most.growth.max(re),
         turn: most.turn.max(im.abs()),
     })
 }
 
 /// The subsystems with the errors as a part of w.
 fn charged(subsystems: Vec<Subsystem>, hold: &Hold, place: &Place) -> Result<Vec<Subsystem>, Diagnostics> {
-    let Some(all) = &hold.errors else { return Err(too_large(&subsystems, place).into()) };
+    let Some(all) = &hold.errors else { return Err(no_exact(&subsystems, place).into()) };
     let mut errors = Diagnostics::default();
     let with = |(s, own): (Subsystem, &Vec<HoldError>)| match ends(own) {
         Ok((below, above)) if below.amax().max(above.amax()) == 0.0 => Some(s),
@@ -149,11 +151,14 @@ fn unbounded(s: &Subsystem, signals: &[String], place: &Place) -> Diagnostic {
         .help("bound them from both sides in `x` or `u` of their subsystem")
 }
 
-fn too_large(subsystems: &[Subsystem], place: &Place) -> Diagnostic {
+fn no_exact(subsystems: &[Subsystem], place: &Place) -> Diagnostic {
     let states: usize = subsystems.iter().map(Subsystem::n).sum();
-    let error = Diagnostic::error(code::HOLD_ERROR, "the network is too large for its exact discretisation");
-    let label = format!("needs it: {states} states, at most {MOST_STATES}");
-    error.at(place.clone(), label).help("state a bound of your own as `w`, and write hold-error = \"report\"")
+    let why = match states > MOST_STATES {
+        true => format!("needs it: {states} states, at most {MOST_STATES}"),
+        false => "needs it, and its exponential overflows".to_owned(),
+    };
+    let error = Diagnostic::error(code::HOLD_ERROR, "the whole network has no exact discretisation here");
+    error.at(place.clone(), why).help("state a bound of your own as `w`, and write hold-error = \"report\"")
 }
 
 /// w + box, on the rows of w and the axes: the sum itself where w is a box, else a polytope around it.
@@ -244,13 +249,12 @@ fn hold_errors(continuous: &[Subsystem], discrete: &[Subsystem], period: f64) ->
     let (A, from) = sampled(&whole.A, &whole.from, period)?;
     let (A, from) = (difference(&A, &held.A), difference(&from, &held.from));
     let extents: Vec<Extents> = continuous.iter().map(Extents::of).collect();
-    let touched = extents.iter().any(Extents::is_open).then(|| Touched::of(continuous));
+    let touched = Touched::of(continuous);
     let (states, inputs) = (offsets(continuous, Subsystem::n), offsets(continuous, driven));
     let error = |r: usize| {
         let mut sum = Sum::default();
         for (j, (extents, s)) in extents.iter().zip(continuous).enumerate() {
-            let of_x = touched.as_ref().map(|touched| &touched.by_states);
-            let of_u = touched.as_ref().map(|touched| &touched.by_inputs);
+            let (of_x, of_u) = (&touched.by_states, &touched.by_inputs);
             sum.add(&s.name, &extents.x, &Row::of(&A, of_x, r, states[j], s.n()));
             sum.add(&s.name, &extents.u, &Row::of(&from, of_u, r, inputs[j], s.m()));
             sum.add(&s.name, &extents.d, &Row::of(&from, of_u, r, inputs[j] + s.m(), s.loads.len()));
@@ -267,7 +271,8 @@ fn difference(one: &Enclosure, other: &Enclosure) -> Enclosure {
 }
 
 /// Which entries of the difference can be other than 0: those with a way from a signal to a state on which the state of
-/// one subsystem acts on another one. By any other way nothing is held that is not constant.
+/// one subsystem acts on another one. By any other way nothing is held that is not constant, and what the two computations
+/// of the same number differ by is no error of holding.
 struct Touched {
     /// (state, state).
     by_states: DMatrix<bool>,
@@ -306,12 +311,17 @@ impl Touched {
 /// Which states are reached from these on a way that leaves a subsystem.
 fn crossed(from: &[usize], acts_on: &[Vec<usize>], owner: &[usize]) -> Vec<bool> {
     let mut seen = [vec![false; owner.len()], vec![false; owner.len()]];
-    let mut queue: VecDeque<(usize, bool)> = from.iter().map(|state| (*state, false)).collect();
-    while let Some((state, across)) = queue.pop_front() {
-        if std::mem::replace(&mut seen[usize::from(across)][state], true) {
-            continue;
+    let mut queue: VecDeque<(usize, bool)> = VecDeque::new();
+    let mut visit = |queue: &mut VecDeque<_>, state: usize, across: bool| {
+        if !std::mem::replace(&mut seen[usize::from(across)][state], true) {
+            queue.push_back((state, across));
         }
-        queue.extend(acts_on[state].iter().map(|next| (*next, across || owner[*next] != owner[state])));
+    };
+    from.iter().for_each(|state| visit(&mut queue, *state, false));
+    while let Some((state, across)) = queue.pop_front() {
+        for &next in &acts_on[state] {
+            visit(&mut queue, next, across || owner[next] != owner[state]);
+        }
     }
     let [_, across] = seen;
     across
@@ -338,10 +348,6 @@ impl Extents {
         let d =
             Extent { signals: s.loads.signals.clone(), min: s.loads.min.clone(), max: s.loads.max.clone(), set: None };
         Self { x: Extent::of(&s.states, &s.X), u: Extent::of(&s.inputs, &s.U), d }
-    }
-
-    fn is_open(&self) -> bool {
-        [&self.x, &self.u, &self.d].into_iter().any(|extent| (0..extent.signals.len()).any(|k| extent.is_open(k)))
     }
 }
 
@@ -391,10 +397,11 @@ struct Row {
 }
 
 impl Row {
-    fn of(whole: &Enclosure, touched: Option<&DMatrix<bool>>, r: usize, first: usize, count: usize) -> Self {
-        let part = |matrix: &DMatrix<f64>| DVector::from_fn(count, |c, _| matrix[(r, first + c)]);
-        let touched = (first..first + count).map(|c| touched.is_none_or(|touched| touched[(r, c)])).collect();
-        Self { middle: part(&whole.middle), radius: part(&whole.radius), touched }
+    fn of(whole: &Enclosure, touched: &DMatrix<bool>, r: usize, first: usize, count: usize) -> Self {
+        let is_touched = |c: usize| touched[(r, first + c)];
+        let entry = |matrix: &DMatrix<f64>, c: usize| if is_touched(c) { matrix[(r, first + c)] } else { 0.0 };
+        let part = |matrix: &DMatrix<f64>| DVector::from_fn(count, |c, _| entry(matrix, c));
+        Self { middle: part(&whole.middle), radius: part(&whole.radius), touched: (0..count).map(is_touched).collect() }
     }
 }
 

@@ -3,6 +3,7 @@
 use std::iter::zip;
 
 use super::Signal;
+use crate::optim::rounding::to_digits;
 
 impl Signal {
     /// ` cm`, or nothing: what follows a number in the unit of this signal.
@@ -14,6 +15,14 @@ impl Signal {
 /// The shortest digits that give the number back, with an exponent where that is shorter to read.
 pub(super) fn number(value: f64) -> String {
     if value == 0.0 || (1e-5..1e7).contains(&value.abs()) { format!("{value}") } else { format!("{value:e}") }
+}
+
+/// As [`number`], but of numbers that nobody wrote, which have all digits of a double, six are enough to know them by.
+fn coefficient(value: f64) -> String {
+    let exact = number(value);
+    let mantissa = exact.split('e').next().unwrap_or_default();
+    let digits = mantissa.chars().filter(char::is_ascii_digit).skip_while(|digit| *digit == '0').count();
+    if digits > 12 { number(to_digits(value, 6)) } else { exact }
 }
 
 /// `1 row`, `2 rows`.
@@ -38,7 +47,7 @@ pub(super) fn combination(coefficients: &[f64], signals: &[Signal]) -> String {
             (false, true) => " - ",
         };
         if c.abs() != 1.0 {
-            text += &format!("{} ", number(c.abs()));
+            text += &format!("{} ", coefficient(c.abs()));
         }
         text += &signal.name;
     }
@@ -60,5 +69,9 @@ mod tests {
         assert_eq!(combination(&[-1.0, 1.0, -2.0], &signals), "-h1 + h2 - 2 v1");
         assert_eq!(combination(&[0.0, 0.0, 1e-9], &signals), "1e-9 v1");
         assert_eq!(combination(&[0.0; 3], &signals), "0");
+        assert_eq!(
+            combination(&[1.0 / 30.0, 0.123456789012, 2e-9 / 3.0], &signals),
+            "0.0333333 h1 + 0.123456789012 h2 + 6.66667e-10 v1"
+        );
     }
 }

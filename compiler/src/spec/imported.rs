@@ -140,8 +140,10 @@ impl Reference {
             Ok(contents) => self.variable(contents, value, errors)?,
             Err(unusable) => return refuse(&self.file.value, unusable, &self.file.place, errors),
         };
-        let rows = indices("row", &self.rows, array.rows(), &array.row_names, &self.file.value, errors);
-        let columns = indices("column", &self.columns, array.columns(), &array.column_names, &self.file.value, errors);
+        let file = &self.file.value;
+        let rows = Lines { kind: "row", count: array.rows(), names: &array.row_names, file };
+        let columns = Lines { kind: "column", count: array.columns(), names: &array.column_names, file };
+        let (rows, columns) = (rows.indices(&self.rows, errors), columns.indices(&self.columns, errors));
         Some(array.select(&rows?, &columns?))
     }
 
@@ -185,7 +187,9 @@ impl Reference {
 }
 
 fn refuse<T>(what: &str, unusable: &Unusable, place: &Place, errors: &mut Diagnostics) -> Option<T> {
-    let error = Diagnostic::error(code::FILE, format!("{what} {}", unusable.what)).at(place.clone(), "named here");
+    let joint = if unusable.what.starts_with("line ") { ", " } else { " " };
+    let error =
+        Diagnostic::error(code::FILE, format!("{what}{joint}{}", unusable.what)).at(place.clone(), "named here");
     errors.push(match &unusable.help {
         Some(help) => error.help(help.clone()),
         None => error,
@@ -217,45 +221,59 @@ fn choice(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Choice> {
     }
 }
 
-/// The indices that are picked of `count` rows or columns; all where none are.
-fn indices(
-    kind: &str,
-    picked: &Option<Picked>,
+/// The rows or columns of an array, and the file that has it.
+struct Lines<'a> {
+    /// `row` or `column`.
+    kind: &'static str,
     count: usize,
-    names: &[String],
-    file: &str,
-    errors: &mut Diagnostics,
-) -> Option<Vec<usize>> {
-    let Some(picked) = picked else { return Some((0..count).collect()) };
-    let before = errors.0.len();
-    let mut indices = Vec::new();
-    let number = |number: &At<i64>, errors: &mut Diagnostics| {
-        let index = usize::try_from(number.value).ok().filter(|number| (1..=count).contains(number));
+    names: &'a [String],
+    file: &'a str,
+}
+
+impl Lines<'_> {
+    /// The indices that are picked; all where none are.
+    fn indices(&self, picked: &Option<Picked>, errors: &mut Diagnostics) -> Option<Vec<usize>> {
+        let Some(picked) = picked else { return Some((0..self.count).collect()) };
+        let found: Vec<_> = picked.choices.iter().map(|choice| self.chosen(choice, errors)).collect();
+        let indices = found.into_iter().collect::<Option<Vec<_>>>()?.concat();
+        let mut seen = vec![false; self.count];
+        let twice = indices.iter().find(|index| std::mem::replace(&mut seen[**index], true));
+        let (kind, file) = (self.kind, self.file);
+        let (title, label) = match twice {
+            Some(index) => (format!("{kind} {} of {file} is picked twice", index + 1), "each belongs to one signal"),
+            None if indices.is_empty() => (format!("no {kind} of {file} is picked"), "empty"),
+            None => return Some(indices),
+        };
+        errors.push(Diagnostic::error(code::NOT_IN_FILE, title).at(picked.place.clone(), label));
+        None
+    }
+
+    fn chosen(&self, choice: &Choice, errors: &mut Diagnostics) -> Option<Vec<usize>> {
+        match choice {
+            Choice::Number(number) => self.numbered(number, errors).map(|index| vec![index]),
+            Choice::Range(first, last) => {
+                let (first, last) = (self.numbered(first, errors), self.numbered(last, errors));
+                Some((first?..=last?).collect())
+            }
+            Choice::Name(name) => {
+                let index = self.names.iter().position(|known| *known == name.value);
+                if index.is_none() {
+                    errors.push(unnamed(self.kind, name, self.names, self.file));
+                }
+                index.map(|index| vec![index])
+            }
+        }
+    }
+
+    fn numbered(&self, number: &At<i64>, errors: &mut Diagnostics) -> Option<usize> {
+        let index = usize::try_from(number.value).ok().filter(|number| (1..=self.count).contains(number));
         if index.is_none() {
-            let error = Diagnostic::error(code::NOT_IN_FILE, format!("there is no {kind} {} in {file}", number.value));
-            errors.push(error.at(number.place.clone(), format!("it has {kind}s 1 to {count}")));
+            let title = format!("there is no {} {} in {}", self.kind, number.value, self.file);
+            let label = format!("it has {}s 1 to {}", self.kind, self.count);
+            errors.push(Diagnostic::error(code::NOT_IN_FILE, title).at(number.place.clone(), label));
         }
         index.map(|index| index - 1)
-    };
-    for choice in &picked.choices {
-        match choice {
-            Choice::Number(given) => indices.extend(number(given, errors)),
-            Choice::Range(first, last) => {
-                if let Some((first, last)) = number(first, errors).zip(number(last, errors)) {
-                    indices.extend(first..=last);
-                }
-            }
-            Choice::Name(name) => match names.iter().position(|known| *known == name.value) {
-                Some(index) => indices.push(index),
-                None => errors.push(unnamed(kind, name, names, file)),
-            },
-        }
     }
-    if indices.is_empty() && errors.0.len() == before {
-        let error = Diagnostic::error(code::NOT_IN_FILE, format!("no {kind} of {file} is picked"));
-        errors.push(error.at(picked.place.clone(), "empty"));
-    }
-    (errors.0.len() == before).then_some(indices)
 }
 
 fn unnamed(kind: &str, name: &At<String>, names: &[String], file: &str) -> Diagnostic {

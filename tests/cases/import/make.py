@@ -107,3 +107,11 @@ T1, T2, T3, T4 = 62.70338973387792, 29.992981153989742, 90.33529710787597, 23.89
 Ac = np.array([[-1 / T1, 0, 0, 1 / T4], [0, -1 / T2, 0, 0], [0, 1 / T2, -1 / T3, 0], [0, 0, 0, -1 / T4]])
 Bc = np.array([[0.7 * 3.35 / 28, 0], [0.3 * 3.35 / 32, 0], [0, 0.6 * 3.33 / 32], [0, 0.4 * 3.33 / 28]])
 archive("four_tank_continuous.npz", zipfile.ZIP_DEFLATED, A=Ac, B=Bc, C=C, D=np.zeros((2, 2)))
+
+# What the pages in docs/import have MATLAB and Julia write.
+Ap = np.array([[-1 / 62.7, 0, 0, 1 / 23.9], [0, -1 / 30, 0, 0], [0, 1 / 30, -1 / 90.3, 0], [0, 0, 0, -1 / 23.9]])
+Bp = np.array([[0.0838, 0], [0.0314, 0], [0, 0.0624], [0, 0.0476]])
+mat("page.mat", {"A": Ap, "B": Bp, "C": C})
+for name, matrix in (("A", Ap), ("B", Bp), ("C", C)):
+    with open(f"page_{name}.csv", "w") as file:
+        file.writelines(",".join(repr(float(x)) for x in row) + "\n" for row in matrix)
