@@ -60,7 +60,7 @@ impl Mutations {
         let mut bytes = mutation(&text, &mut self.random);
         for _ in 0..self.random.below(3) {
             if let Ok(text) = std::str::from_utf8(&bytes) {
-                bytes = mutation(&text.to_owned(), &mut self.random);
+                bytes = mutation(text, &mut self.random);
             }
         }
         Mutant { kind, bytes }
