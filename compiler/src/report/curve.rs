@@ -24,7 +24,9 @@ pub fn thinned(points: &[[f64; 2]], most: usize) -> Vec<[f64; 2]> {
 pub fn held(points: &[[f64; 2]], end: f64) -> Vec<[f64; 2]> {
     let next = |k: usize| points.get(k + 1).map_or(end, |next| next[0]);
     let steps = points.iter().enumerate().flat_map(|(k, [t, y])| [[*t, *y], [next(k), *y]]);
-    bends(steps.collect())
+    let mut steps: Vec<[f64; 2]> = steps.collect();
+    steps.dedup();
+    bends(steps)
 }
 
 /// Without points on the line between their neighbours.

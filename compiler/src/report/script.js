@@ -151,7 +151,8 @@
       boxes += 1;
       const flat = shape.tagName === "polyline" || shape.tagName === "polygon" || shape.tagName === "path";
       const seen = flat ? Math.max(box.width, box.height) > 0 || shape.dataset.set : box.width > 0 && box.height > 0;
-      if (!seen || ![box.x, box.y, box.width, box.height].every(Number.isFinite)) flaws.push(`no size: ${shape.outerHTML.slice(0, 120)}`);
+      const wrong = [...shape.attributes].some((attribute) => /NaN|inf/.test(attribute.value) && attribute.name !== "data-name");
+      if (!seen || wrong || ![box.x, box.y, box.width, box.height].every(Number.isFinite)) flaws.push(`no size: ${shape.outerHTML.slice(0, 120)}`);
     }
     let readouts = 0;
     const check = (from, act) => {
