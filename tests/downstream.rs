@@ -153,7 +153,7 @@ impl Package {
     fn built(&self) -> Built {
         let mut built = self.cargo(&["build", "--message-format=json"]);
         assert!(built.succeeded, "{}", built.errors);
-        built.everything_fresh = built.messages("compiler-artifact").all(|message| message["fresh"] == true);
+        built.everything_fresh = built.messages("compiler-artifact").iter().all(|message| message["fresh"] == true);
         built
     }
 
@@ -161,21 +161,23 @@ impl Package {
     fn errors(&self) -> Vec<String> {
         let built = self.cargo(&["build", "--message-format=json"]);
         assert!(!built.succeeded);
-        let errors = built.messages("compiler-message").filter(|message| message["message"]["level"] == "error");
-        let text = |message: Value| message["message"]["message"].as_str().unwrap_or_default().to_owned();
+        let messages = built.messages("compiler-message");
+        let errors = messages.iter().filter(|message| message["message"]["level"] == "error");
+        let text = |message: &Value| message["message"]["message"].as_str().unwrap_or_default().to_owned();
         errors.map(text).filter(|text| !text.starts_with("aborting due to")).collect()
     }
 }
 
 impl Built {
-    fn messages(&self, reason: &str) -> impl Iterator<Item = Value> {
+    fn messages(&self, reason: &str) -> Vec<Value> {
         let messages = self.output.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
-        messages.filter(move |message| message["reason"] == reason)
+        messages.filter(|message| message["reason"] == reason).collect()
     }
 
     fn out_dir(&self) -> PathBuf {
-        let mut executed = self.messages("build-script-executed");
-        let ours = executed.find(|message| message["package_id"].as_str().is_some_and(|id| id.contains("downstream")));
+        let executed = self.messages("build-script-executed");
+        let ours =
+            executed.iter().find(|message| message["package_id"].as_str().is_some_and(|id| id.contains("downstream")));
         PathBuf::from(ours.expect("a build script")["out_dir"].as_str().expect("a folder"))
     }
 
