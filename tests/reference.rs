@@ -52,7 +52,7 @@ fn keys_are_required_where_the_reference_says_so() {
         let missing = missing.map(str::to_owned).collect::<BTreeSet<_>>();
         assert_eq!(missing, part.required.iter().cloned().collect(), "{}", part.header);
     }
-    let nothing = mistakes("\n".to_owned());
+    let nothing = self::mistakes("\n".to_owned());
     let missing = nothing.0.iter().filter_map(|mistake| quoted(&mistake.title)).collect::<BTreeSet<_>>();
     let tables = network();
     let required = tables[0].keys.iter().filter(|key| key.required).map(|key| &*key.name);

@@ -337,7 +337,7 @@ pub struct Subsystem {
     pub x0: Option<Row>,
     /// The loads at that time, one number each.
     ///
-    /// Default: `0`
+    /// Default: zero
     pub d0: Option<Row>,
     /// One table per neighbour that acts on the subsystem.
     pub from: Vec<Import>,
@@ -350,11 +350,11 @@ pub struct StartOf {
     pub subsystem: At<String>,
     /// Its states, n numbers.
     ///
-    /// Default: `0`
+    /// Default: zero
     pub x0: Option<Row>,
     /// Its loads, one number each.
     ///
-    /// Default: `0`
+    /// Default: zero
     pub d0: Option<Row>,
 }
 
