@@ -46,7 +46,8 @@ impl Cargo<'_> {
         let mut command = Command::new(cargo);
         command.args(arguments).args(["--release", "--quiet", "--manifest-path"]).arg(folder.join("Cargo.toml"));
         command.arg("--target-dir").arg(out).env("RUSTC", target.rustc()).env("RUSTC_BOOTSTRAP", "1");
-        // What is said of the profile must not be overridden.
+        // What is said of the profile must not be overridden; incremental compilation cuts crates into many units.
+        command.env("CARGO_INCREMENTAL", "0");
         for (key, value) in
             [("OPT_LEVEL", "3"), ("LTO", *lto), ("CODEGEN_UNITS", "1"), ("PANIC", "abort"), ("DEBUG", "false")]
         {
