@@ -30,7 +30,7 @@ pub fn section(report: &Report) -> Markup {
     html! {
         section id="set-points" {
             h2 { "Set-points" }
-            p { "Every combination of set-points within these ranges Y can be reached; one outside is followed to the nearest point of Y " (eq("(25b), (31)")) "." }
+            p { (reach(report)) " " (eq("(25b), (31)")) "." }
             details open[rows.len() <= MOST_OPEN] {
                 summary { "Ranges of all outputs" }
                 div.wide {
@@ -42,6 +42,16 @@ pub fn section(report: &Report) -> Markup {
                 p.note { "Bar: the range X leaves of the output, in it the part that Y covers, and 0. Crossing at ε per step " (eq("(6), (30)")) "." }
             }
         }
+    }
+}
+
+/// What may be reached.
+fn reach(report: &Report) -> &'static str {
+    let network = &report.design.network;
+    if network.coupling_constraints.is_empty() && network.changing_constraints.is_empty() {
+        "Every combination of set-points within these ranges Y can be reached; one outside is followed to the nearest point of Y"
+    } else {
+        "Set-points within these ranges Y can be reached as far as coupling constraints let them; one outside is followed towards the nearest point of Y"
     }
 }
 
