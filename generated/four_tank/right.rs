@@ -9,8 +9,8 @@
 // Takes, in bytes (`--measure`; opt-level 3, no link-time optimisation):
 //
 //     target                     rustc   code  constants  controller  inbox  step  start
-//     x86_64-unknown-linux-gnu  1.95.0  41646       2392         992     72  2128    888
-//     thumbv7em-none-eabihf     1.96.0  77396       2976         944     72  3144    964
+//     x86_64-unknown-linux-gnu  1.95.0  42218       2328         992     72  1984    888
+//     thumbv7em-none-eabihf     1.96.0  77678       2976         944     72  3056    964
 //
 // Code and constants are what a linker keeps of the functions below; step and start are the most stack of
 // these, their own frames and all they call.
