@@ -2,13 +2,15 @@
 
 use std::collections::BTreeSet;
 
+use dpc_codegen::design::Design;
 use dpc_codegen::diagnostic::{Diagnostics, Source, code};
-use dpc_codegen::explain::{PAGES, nearest, page};
-use dpc_tests::compile;
+use dpc_codegen::explain::{PAGES, Page, nearest, page};
+use dpc_codegen::simulate::Scenario;
+use dpc_tests::{compile, root};
 
 #[test]
 fn every_code_has_a_page_and_every_page_a_code() {
-    let codes: BTreeSet<&str> = code::ALL.into_iter().chain(code::NUMERICAL).collect();
+    let codes: BTreeSet<&str> = code::ALL.into_iter().chain(code::NUMERICAL).chain(code::SCENARIO).collect();
     let pages: Vec<&str> = PAGES.iter().map(|page| page.code).collect();
     assert!(pages.is_sorted(), "{pages:?}");
     assert_eq!(pages.into_iter().collect::<BTreeSet<_>>(), codes);
@@ -32,19 +34,26 @@ fn wrong_examples_are_refused_for_that_reason() {
             assert!(code::NUMERICAL.contains(&page.code), "{} has no example", page.code);
             continue;
         };
-        let Err(Diagnostics(mistakes)) = compiled(page.code, wrong) else { panic!("{} is designed", page.code) };
+        let Err(Diagnostics(mistakes)) = accepted(page, wrong) else { panic!("{} is accepted", page.code) };
         assert!(mistakes.iter().any(|mistake| mistake.code == page.code), "{}: {mistakes:?}", page.code);
     }
 }
 
 #[test]
-fn right_examples_are_designed() {
+fn right_examples_are_designed_or_can_be_simulated() {
     for page in PAGES {
         assert_eq!(page.wrong().is_some(), page.right().is_some(), "{}", page.code);
         let Some(right) = page.right() else { continue };
-        if let Err(mistakes) = compiled(page.code, right) {
+        if let Err(mistakes) = accepted(page, right) {
             panic!("{}: {mistakes}", page.code);
         }
+    }
+}
+
+#[test]
+fn examples_of_scenarios_are_scenarios() {
+    for page in PAGES {
+        assert_eq!(page.network().is_some(), code::SCENARIO.contains(&page.code), "{}", page.code);
     }
 }
 
@@ -56,6 +65,14 @@ fn pages_are_found_and_near_misses_are_suggested() {
     assert_eq!([nearest("E9999"), nearest("weights"), nearest("")], [None; 3]);
 }
 
-fn compiled(code: &str, text: &str) -> Result<(), Diagnostics> {
-    compile(Source { path: format!("{code}.toml"), text: text.to_owned() })
+/// An example of a page: a network, or a scenario for the network of the page. Files that it names are those of `cases/explain`.
+fn accepted(page: &Page, example: &str) -> Result<(), Diagnostics> {
+    let folder = root().join("cases/explain");
+    let source = |name: &str, text: &str| Source {
+        path: folder.join(format!("{}{name}.toml", page.code)).display().to_string(),
+        text: text.to_owned(),
+    };
+    let Some(network) = page.network() else { return compile(source("", example)) };
+    let design = Design::new(source("_network", network)).unwrap_or_else(|errors| panic!("{}: {errors}", page.code));
+    Scenario::read(&source("", example), &folder, &design).map(drop)
 }

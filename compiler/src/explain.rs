@@ -22,12 +22,17 @@ impl Page {
         heading.split_once(": ").map_or(heading, |(_, title)| title)
     }
 
-    /// The network under the heading `## Wrong`, which this code refuses; `None` where no small one is known.
+    /// The network under the heading `## Network`, which the examples are scenarios for; `None` where these are networks themselves.
+    pub fn network(&self) -> Option<&'static str> {
+        self.example("## Network")
+    }
+
+    /// The network, or scenario, under the heading `## Wrong`, which this code refuses; `None` where no small one is known.
     pub fn wrong(&self) -> Option<&'static str> {
         self.example("## Wrong")
     }
 
-    /// The network under the heading `## Right`, which is designed.
+    /// The network under the heading `## Right`, which is designed, or the scenario, which can be simulated.
     pub fn right(&self) -> Option<&'static str> {
         self.example("## Right")
     }
@@ -104,6 +109,10 @@ pages! {
     MEMBERS = "E0130",
     PLANNED_START = "E0131",
     SINGLE_PRECISION = "E0132",
+    FILE = "E0140",
+    NOT_IN_FILE = "E0141",
+    SAMPLING = "E0142",
+    HOLD_ERROR = "E0143",
     UNSTABILISABLE = "E0201",
     LOCAL_LOOP = "E0202",
     COLLECTIVE_LOOP = "E0203",
@@ -126,4 +135,11 @@ pages! {
     OVERFLOW = "E0502",
     TOO_MANY_OUTPUTS = "E0503",
     NO_START_PLAN = "E0504",
+    SCENARIO_VALUE = "E0601",
+    NO_LINK = "E0602",
+    RULE = "E0603",
+    PROFILE = "E0604",
+    TRUE_PLANT = "E0605",
+    NO_SET = "E0606",
+    UNIT = "E0607",
 }
