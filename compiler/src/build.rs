@@ -51,7 +51,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Source};
 use crate::emit::{Emitted, package_folder, write_all};
 use crate::export::design_json;
 use crate::network::Scalar;
-use crate::spec::Spec;
+use crate::spec::{Spec, StartOf};
 use crate::summary::Summary;
 use crate::tuning::Effort;
 use stamp::Stamp;
@@ -109,7 +109,7 @@ impl Build {
             return complain("only cargo can run a build script: OUT_DIR is not set");
         };
         [Some(&self.file), self.start.as_ref()].into_iter().flatten().for_each(|file| rerun_if_changed(file));
-        let imported = located(&self.file).map(|source| Spec::files(&source)).unwrap_or_default();
+        let imported = self.imported();
         imported.iter().for_each(|file| rerun_if_changed(file));
         if let Some(stamp) = Stamp::current(&out, self).filter(|_| imported.is_empty()) {
             return stamp.inputs().for_each(rerun_if_changed);
@@ -159,6 +159,14 @@ impl Build {
     /// The mistakes in the file, or that it cannot be read.
     pub fn design(&self) -> Result<Design, Failure> {
         self.designed(&self.sources()?)
+    }
+
+    /// Files that are named in those.
+    fn imported(&self) -> Vec<PathBuf> {
+        let mut imported = located(&self.file).map(|source| Spec::files(&source)).unwrap_or_default();
+        let starts = self.start.as_ref().and_then(|file| located(file).ok());
+        imported.extend(starts.iter().flat_map(StartOf::files));
+        imported
     }
 
     /// Every file that a design is made of: the network's first, then that of starts. What was read is what counts, whatever

@@ -436,6 +436,10 @@ impl Parts {
         let (_, constraints, changing) = matrices?;
         mistakes.of_result(changing.check_start(spec))?;
         let (settings, subsystems) = (settings?, subsystems?);
+        // Bounds that are wrong would be missed again.
+        if !mistakes.is_empty() {
+            return None;
+        }
         let (subsystems, hold) = match &settings.sampling {
             Some(sampling) => {
                 mistakes.of_result(hold::sample(subsystems, sampling)).map(|(sampled, hold)| (sampled, Some(hold)))?

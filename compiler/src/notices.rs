@@ -33,8 +33,27 @@ pub fn notices(design: &Design) -> Vec<String> {
             short(c.l)
         )
     });
+    let constraints = constraints.chain(uncovered(design));
     let exposed = (0..design.network.subsystems.len()).flat_map(|i| charges(design, i));
     in_vain(design).into_iter().chain(held(design)).chain(outputs).chain(constraints).chain(exposed).collect()
+}
+
+/// Coupling constraints that set-points to cover break together.
+fn uncovered(design: &Design) -> impl Iterator<Item = String> {
+    let subsystems = &design.network.subsystems;
+    let limits = design.network.coupling_constraints.iter().zip(&design.sizing.l_tilde);
+    limits.filter_map(move |(c, l_tilde)| {
+        let rows = c.H.iter().flat_map(|(j, H)| H.iter().zip(&subsystems[*j].cover));
+        let most: f64 = rows.map(|(h, cover)| cover.map_or(0.0, |(low, high)| (h * low).max(h * high))).sum();
+        (most > *l_tilde).then(|| {
+            format!(
+                "set-points inside `cover` add up to {} in `{}`, of which references keep {}: not all of them can be reached at once",
+                short(most),
+                c.name,
+                short(*l_tilde)
+            )
+        })
+    })
 }
 
 /// Outputs in changing constraints that are charged many times what references move.

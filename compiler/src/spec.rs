@@ -544,10 +544,21 @@ impl StartOf {
     /// # Errors
     /// As [`Spec::parse`].
     pub fn parse(source: &Source) -> Result<Vec<Self>, Diagnostics> {
+        Self::parse_with(source, &Files::beside(source))
+    }
+
+    /// Paths of the files that the text of `source` names, as [`Spec::files`].
+    pub fn files(source: &Source) -> Vec<PathBuf> {
+        let files = Files::beside(source);
+        // Its mistakes are for those who want the design.
+        let _ = Self::parse_with(source, &files);
+        files.paths()
+    }
+
+    fn parse_with(source: &Source, files: &Files) -> Result<Vec<Self>, Diagnostics> {
         let document = DeTable::parse(&source.text).map_err(|mistake| syntax(&mistake, &source.text))?;
         let mut errors = Diagnostics::default();
-        let files = Files::beside(source);
-        let file = Table::new("", first_line(&source.text), document.get_ref(), &files);
+        let file = Table::new("", first_line(&source.text), document.get_ref(), files);
         let starts = read::starts(&file, &mut errors);
         errors.finish(starts)
     }

@@ -441,7 +441,9 @@ impl<
         let passage = self.passage();
         // What the neighbours do to the states is known: there is nothing, or all of it was heard.
         let pushed = heard || NI == 0;
-        self.announced = passage.and(self.plan).map_or(0, |plan| plan.plan);
+        // Past its end the plan is never looked at again.
+        self.plan = passage.and(self.plan);
+        self.announced = self.plan.map_or(0, |plan| plan.plan);
         let references = match passage {
             Some(passage) => {
                 let fits = (!heard || together) && (!pushed || self.follows(&passage, &imports.z));

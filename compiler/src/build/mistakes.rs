@@ -11,13 +11,20 @@ use crate::spec::Heading;
 /// Puts the mistakes of `build` where its controllers would be. Whether it is known where that is.
 pub fn leave(out: &Path, build: &Build, failure: &Failure) -> bool {
     let Some(folder) = folder(out, build) else { return false };
+    // After a change of the name the crate may still include the old one.
+    let old = stamp::folder(out, &build.file).filter(|old| *old != folder && old.is_dir());
+    let left = std::iter::once(&folder).chain(&old).all(|folder| write(folder, failure));
     stamp::remove(out, &build.file);
+    left
+}
+
+fn write(folder: &Path, failure: &Failure) -> bool {
     let texts: Vec<(PathBuf, String)> =
-        failure.0.iter().enumerate().map(|(k, mistake)| (name(&folder, k), shown(mistake))).collect();
+        failure.0.iter().enumerate().map(|(k, mistake)| (name(folder, k), shown(mistake))).collect();
     let errors: String =
         (1..=texts.len()).map(|k| format!("compile_error!(include_str!(\"mistake-{k}.txt\"));\n")).collect();
     let mut files: Vec<(PathBuf, &str)> = texts.iter().map(|(path, text)| (path.clone(), text.as_str())).collect();
-    files.extend(modules(&folder).into_iter().map(|module| (module, errors.as_str())));
+    files.extend(modules(folder).into_iter().map(|module| (module, errors.as_str())));
     write_all(&files).is_ok()
 }
 

@@ -181,6 +181,13 @@ impl Arguments {
 
     /// Nothing that is read may be written, and no folder can be; better said before the design than after it.
     fn check_targets(&self) -> Result<(), String> {
+        let (c, target) = (self.emit == "c", self.target != "host");
+        if c && self.packages.is_some() {
+            return Err("error: --crate writes Rust, and --emit c writes C; ask for one after the other".to_owned());
+        }
+        if target && !c {
+            return Err("error: --target is what libraries for C are built for; add --emit c".to_owned());
+        }
         let imported = self
             .question
             .file

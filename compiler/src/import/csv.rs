@@ -88,9 +88,14 @@ fn rows_are_named(lines: &[Line<'_>], separator: Separator, column_names: Option
     let cells = separator.cells(first.text);
     let corner =
         column_names.is_some_and(|names| names.first().is_some_and(String::is_empty) || names.len() + 1 == cells.len());
-    let beside = matches!(&cells[..], [name, numbers @ ..] if !name.is_empty() && separator.number(name).is_none()
+    let beside = matches!(&cells[..], [name, numbers @ ..] if !name.is_empty() && !is_meant_as_number(name)
         && !numbers.is_empty() && numbers.iter().all(|cell| separator.number(cell).is_some()));
     corner || beside
+}
+
+/// Whether a cell begins like a number: `1d-1` and `1.234,5` are mistakes, not names.
+fn is_meant_as_number(cell: &str) -> bool {
+    cell.trim_start_matches(['+', '-', '\u{2212}', '.', ',']).starts_with(|c: char| c.is_ascii_digit())
 }
 
 struct Table {

@@ -185,7 +185,7 @@ impl<'a> Reader<'a> {
         for (c, ends) in begins.windows(2).enumerate() {
             let (rows_of, values) = (at.get(ends[0]..ends[1]), values.get(ends[0]..ends[1]));
             for (r, value) in rows_of.ok_or_else(damaged)?.iter().zip(values.ok_or_else(damaged)?) {
-                *whole.get_mut(r * columns + c).filter(|_| *r < rows).ok_or_else(damaged)? = *value;
+                *whole.get_mut(r * columns + c).filter(|_| *r < rows).ok_or_else(damaged)? += *value;
             }
         }
         Array::new(rows, columns, whole)

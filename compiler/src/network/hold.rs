@@ -17,8 +17,9 @@ use crate::optim::rounding::{sum_upper, up_to_digits};
 
 /// More states than this have no exact discretisation here: it is dense, and takes about ten seconds for as many.
 const MOST_STATES: usize = 500;
-/// Sampled models that are not known to this share of their largest entry are none.
-const LEAST_ACCURACY: f64 = 1e-6;
+/// Sampled models that are not known to this share of their largest entry are none: far less than the rounding floor of the tubes,
+/// 1e-8 of each state's bounds.
+const LEAST_ACCURACY: f64 = 1e-11;
 
 /// How a continuous-time model was sampled.
 #[derive(Debug, Clone, PartialEq)]

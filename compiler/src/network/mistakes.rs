@@ -32,6 +32,10 @@ impl Mistakes {
         self.of(|found| ended.map_err(|mistakes| *found = mistakes.into()).ok())
     }
 
+    pub fn is_empty(&self) -> bool {
+        self.found.is_empty()
+    }
+
     /// Whether a mistake of this code was found.
     pub fn include(&self, code: &str) -> bool {
         self.found.0.iter().any(|mistake| mistake.code == code)

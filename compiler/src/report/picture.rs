@@ -54,7 +54,7 @@ fn sentence(graph: &Graph, names: &[&str], radius: f64) -> String {
     });
     let shared = match graph.shared.len() {
         0 => String::new(),
-        count => format!("; {} held apart by coupling constraints", counted(count, "pair")),
+        count => format!("; {} in a coupling constraint together", counted(count, "pair")),
     };
     format!("{couplings}{shared}{critical}.")
 }

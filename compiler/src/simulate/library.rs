@@ -35,7 +35,8 @@ impl Library {
         let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
         let cache = variable("XDG_CACHE_HOME").or_else(|| variable("LOCALAPPDATA"));
         let cache = cache.or_else(|| std::env::home_dir().map(|home| home.join(".cache")));
-        cache.unwrap_or_else(std::env::temp_dir).join("dpc-codegen").join("controllers")
+        // Nowhere that others may write: what is built there is loaded.
+        cache.unwrap_or_else(|| PathBuf::from("target")).join("dpc-codegen").join("controllers")
     }
 
     /// The package for C of `emitted`, which was made of `design`, in the folder `cache`.

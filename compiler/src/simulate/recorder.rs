@@ -199,7 +199,7 @@ impl<'a> Recorder<'a> {
 /// Whether a margin is a violation.
 pub fn is_violated(margin: &Margin, step: usize) -> bool {
     let value = margin.values[step];
-    value.is_nan() || value < -ROUNDING * f64::max(1.0, margin.limit.abs())
+    value.is_nan() || value < -ROUNDING * margin.limit.abs()
 }
 
 fn newly_violated<'a>(margins: impl Iterator<Item = &'a Margin>, step: usize) -> Vec<&'a Margin> {

@@ -228,7 +228,7 @@ fn first_loads(start: &Start) -> Vec<Vec<f64>> {
 /// difference of.
 fn beyond(design: &Design, i: usize, w: &DVector<f64>, v: &DVector<f64>, size: f64) -> Option<String> {
     let s = &design.network.subsystems[i];
-    let allowed = ROUNDING * f64::max(1.0, size);
+    let allowed = ROUNDING * size;
     let outside = s.w.as_ref().map_or(w.amax(), |set| set.set.violation(w)) > allowed;
     let mistaken = (0..v.len()).find(|k| v[*k].abs() > s.measurement_error[*k] * (1.0 + ROUNDING));
     match (outside, mistaken) {

@@ -19,7 +19,7 @@ pub type Code = (&'static str, i32, &'static str);
 pub const ALL: [Codes; 4] = [
     Codes {
         name: "result",
-        what: "What every function returns. Unless it is DPC_OK, nothing was changed or written, but that the next status tells of a message that was refused.",
+        what: "What every function returns. Unless it is DPC_OK, nothing was changed or written, but that the next status tells of a message that was refused, or that it is missing where its sender could not be told.",
         codes: &RESULTS,
     },
     Codes {

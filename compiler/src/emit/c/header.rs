@@ -135,14 +135,14 @@ impl Header<'_> {
             sizes.controller,
             &format!(
                 "A controller and its inbox: all that it remembers. It begins with {prefix}_start; before, its contents do not matter.\n   It \
-                 may be copied and moved, and holds nothing that has to be given back. One thread at a time may use it."
+                 may be copied and moved within the process and the library that started it, and holds nothing that has to be given back. One thread at a time may use it."
             ),
         );
         if may_start(self.node) {
             text += &structure(
                 &format!("{prefix}_start_plan"),
                 sizes.plan,
-                "This subsystem's part of a start-up plan. It must stay where it is, and its points too, while a controller follows it.",
+                "This subsystem's part of a start-up plan. It must stay where it is, unchanged, and its points too, until the controller and its copies have passed its last step.",
             );
         }
         let _ = writeln!(
