@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use dpc_codegen::design::Design;
 use dpc_codegen::diagnostic::Source;
+use dpc_codegen::spec::scenario::Scenario;
 use dpc_tests::manual::console::{Command, agrees, commands};
 use dpc_tests::manual::kind::Kind;
 use dpc_tests::manual::markdown::{Block, Markdown};
@@ -47,7 +48,7 @@ fn commands_do_what_is_printed() {
 
 fn run(path: &Path, page: &Markdown) {
     let is_empty = page.comments.iter().any(|comment| comment == EMPTY);
-    let mut session = Session::new(&Path::new(env!("CARGO_TARGET_TMPDIR")).join("documentation"), is_empty);
+    let mut session = Session::new(Path::new(env!("CARGO_TARGET_TMPDIR")), is_empty);
     for block in &page.blocks {
         match (block.language.as_str(), block.file()) {
             (_, Some(file)) => session.write(file, &block.text),
@@ -121,7 +122,7 @@ fn networks_in_the_pages_have_designs_or_are_fragments() {
             let table: toml::Table = toml::from_str(&block.text).unwrap_or_else(|error| panic!("{place}: {error}"));
             match () {
                 () if is("manifest") => assert!(is_manifest(&table), "{place}: not a manifest of cargo"),
-                () if is("scenario") => {}
+                () if is("scenario") => is_scenario(&place, &block.text),
                 () if is("fragment") => known(&place, &table, &network()),
                 () => designed(&place, &block.text),
             }
@@ -131,6 +132,13 @@ fn networks_in_the_pages_have_designs_or_are_fragments() {
 
 fn is_manifest(table: &toml::Table) -> bool {
     table.keys().all(|key| ["package", "dependencies", "build-dependencies", "profile", "workspace"].contains(&&**key))
+}
+
+fn is_scenario(place: &str, text: &str) {
+    let source = Source { path: place.to_owned(), text: text.to_owned() };
+    if let Err(mistakes) = Scenario::parse(&source) {
+        panic!("{}", mistakes.render(&source, false));
+    }
 }
 
 fn designed(place: &str, text: &str) {

@@ -49,7 +49,7 @@ pub struct Spec {
     ///
     /// Example: `sample-time = 0.5`
     pub sample_time: At<f64>,
-    /// N of (33): how many steps the controllers look ahead, 1 to 1000.
+    /// N of (33): how many steps the controllers look ahead, 1 to 500.
     ///
     /// Example: `horizon = 3`
     pub horizon: At<i64>,

@@ -22,8 +22,15 @@ pub enum Kind {
     OutputRows,
     /// `{ max = PerSignal }`
     Magnitudes,
+    /// Signals over time, by name.
+    Courses,
+    /// A time, or several.
+    Times,
+    Interval,
     /// A table of its own, whose keys are the fields of this struct.
     Table(String),
+    /// The same, or the value of one of its keys.
+    TableOr(String, String),
     /// Tables under names of the user's.
     Tables(String),
     /// Tables in a row: `[[..]]`.
@@ -47,6 +54,9 @@ impl Kind {
             "Bounds" => Self::Bounds,
             "Vec<Cover>" => Self::Cover,
             "Vec<OutputRow>" => Self::OutputRows,
+            "Vec<(At<String>,Course)>" => Self::Courses,
+            "Times" => Self::Times,
+            "(f64,f64)" => Self::Interval,
             _ => return None,
         })
     }
@@ -71,7 +81,11 @@ impl Kind {
             Self::Cover => "table of intervals",
             Self::OutputRows => "table of rows",
             Self::Magnitudes => "`{ max }`, [one or each](#one-or-each)",
+            Self::Courses => "table of [courses](#course)",
+            Self::Times => "number, or list of numbers",
+            Self::Interval => "`[low, high]`",
             Self::Table(_) => "table",
+            Self::TableOr(_, word) => return format!("table, or its `{word}` alone"),
             Self::Tables(_) => "tables by name",
             Self::List(_) => "list of tables",
         }
@@ -82,7 +96,7 @@ impl Kind {
     pub fn demanded(&self) -> &'static str {
         match self {
             Self::Text => "a string",
-            Self::Number => "a number",
+            Self::Number | Self::Times => "a number",
             Self::Integer => "an integer",
             Self::Boolean => "true or false",
             Self::Choice(values) if values.iter().any(|value| !value.starts_with('"')) => "1, 2 or \"inf\"",
@@ -94,7 +108,9 @@ impl Kind {
             Self::Weight => "a number, a list with the diagonal, or a matrix",
             Self::PerSignal => "a number for all, or a list with one number each",
             Self::Bounds => "a table of bounds",
-            Self::Cover | Self::OutputRows | Self::Table(_) => "a table",
+            Self::Courses => "a table with an entry per signal",
+            Self::Interval => "an interval [low, high]",
+            Self::Cover | Self::OutputRows | Self::Table(_) | Self::TableOr(..) => "a table",
             Self::Magnitudes => "a table with the largest error of each state",
             Self::Tables(_) => "a table",
             Self::List(_) => "a list of tables",
@@ -120,6 +136,9 @@ impl Kind {
                 "required": ["max"],
                 "additionalProperties": false,
             }),
+            Self::Courses => json!({ "type": "object", "additionalProperties": definition("course") }),
+            Self::Times => definition("one-or-each"),
+            Self::Interval => definition("interval"),
             Self::Signals => definition("signals"),
             Self::Row => definition("row"),
             Self::Matrix => definition("matrix"),
@@ -127,6 +146,9 @@ impl Kind {
             Self::PerSignal => definition("one-or-each"),
             Self::Bounds => definition("bounds"),
             Self::Table(name) => definition(name),
+            Self::TableOr(name, word) => json!({
+                "anyOf": [definition(name), { "$ref": format!("#/definitions/{name}/properties/{word}") }],
+            }),
             Self::Tables(name) => {
                 json!({ "type": "object", "additionalProperties": definition(name), "minProperties": 1 })
             }
@@ -144,8 +166,8 @@ impl Kind {
     }
 }
 
-/// The definitions that the schemas of kinds refer to.
-pub fn definitions() -> [(&'static str, Value); 9] {
+/// The definitions that the schemas of kinds refer to; each refers to ones before it only.
+pub fn definitions() -> [(&'static str, Value); 10] {
     let numbers = || json!({ "type": "array", "items": { "type": "number" } });
     let number = || json!({ "type": "number" });
     [
@@ -177,6 +199,7 @@ pub fn definitions() -> [(&'static str, Value); 9] {
             "coefficients",
             json!({ "anyOf": [definition("row"), { "type": "object", "additionalProperties": number() }] }),
         ),
+        ("course", course()),
     ]
 }
 
@@ -192,6 +215,29 @@ fn file() -> Value {
                 "required": ["file"],
                 "additionalProperties": false,
             },
+        ],
+    })
+}
+
+/// A signal over time.
+fn course() -> Value {
+    let table = |keys: &[&str], required: &[&str]| {
+        let kind = |key: &str| match key {
+            "csv" | "column" => json!({ "type": "string" }),
+            "kind" => json!({ "enum": ["random"] }),
+            _ => json!({ "type": "number" }),
+        };
+        let properties = keys.iter().map(|key| ((*key).to_owned(), kind(key))).collect::<serde_json::Map<_, _>>();
+        json!({ "type": "object", "properties": properties, "required": required, "additionalProperties": false })
+    };
+    let moves = [table(&["at", "to", "over"], &["at", "to"]), table(&["at", "by", "for"], &["at", "by", "for"])];
+    json!({
+        "anyOf": [
+            { "type": "number" },
+            { "enum": ["random"] },
+            { "type": "array", "items": { "anyOf": moves } },
+            table(&["csv", "column"], &["csv", "column"]),
+            table(&["kind", "every"], &["kind"]),
         ],
     })
 }

@@ -1,5 +1,5 @@
-//! The generated pages of the manual: the reference of `system.toml` and its JSON schema, made of the types that the file is
-//! read into, and the command line's, made of its help.
+//! The generated pages of the manual: the references of `system.toml` and of scenarios with their JSON schemas, made of the types that the
+//! files are read into, and the command line's, made of its help.
 
 pub mod command;
 pub mod console;

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::table::{Key, Table};
 
-/// The page that `frame` is for: `{{example}}` and `{{tables}}` in it are replaced.
+/// The page that `frame` is for: `{{example}}`, `{{tables}}` and `{{starts}}` in it are replaced.
 pub fn page(frame: &str, example: &str, network: &[Table], starts: &[Table]) -> String {
     let of = |tables: &[Table]| tables.iter().map(section).collect::<Vec<_>>().join("\n");
     frame

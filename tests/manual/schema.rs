@@ -6,13 +6,19 @@ use super::kind::{definition, definitions};
 use super::table::{Key, Table};
 
 /// The schema (draft 7) of a file whose tables these are, the first of them being the file itself.
-pub fn schema(tables: &[Table]) -> String {
-    let shared = definitions().into_iter().map(|(name, schema)| (name.to_owned(), schema));
-    let own = tables.iter().map(|table| (table.name.clone(), object(table)));
+pub fn schema(title: &str, tables: &[Table]) -> String {
+    let mut all = tables.iter().map(|table| (table.name.clone(), object(table))).collect::<Map<_, _>>();
+    // From the last to the first, since a definition refers to those before it.
+    for (name, schema) in definitions().into_iter().rev() {
+        let is_used = Value::Object(all.clone()).to_string().contains(&definition(name).to_string());
+        if is_used {
+            all.insert(name.to_owned(), schema);
+        }
+    }
     let schema = json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
-        "title": "A network of subsystems for dpc-codegen",
-        "definitions": shared.chain(own).collect::<Map<_, _>>(),
+        "title": title,
+        "definitions": all,
         "allOf": [definition(&tables[0].name)],
     });
     let text = serde_json::to_string_pretty(&schema).expect("the keys of a schema are texts");

@@ -11,6 +11,8 @@ use super::repository;
 pub struct Session {
     home: PathBuf,
     folder: PathBuf,
+    /// Of cargo.
+    target: PathBuf,
 }
 
 /// What a command did.
@@ -21,12 +23,13 @@ pub struct Outcome {
 }
 
 impl Session {
-    /// In a copy of the repository inside `home`, or beside one in an empty folder. The copy is a link for what is built in place: paths
-    /// of crates must not change from run to run, or all of them would be built again.
+    /// In a copy of the repository inside `tests`, the folder of tests, or in an empty folder beside a link to the repository. What cargo
+    /// builds is shared with the tests of other users' crates.
     ///
     /// # Panics
     /// The file system does not let it.
-    pub fn new(home: &Path, is_empty: bool) -> Self {
+    pub fn new(tests: &Path, is_empty: bool) -> Self {
+        let home = tests.join("documentation");
         let folder = home.join(if is_empty { "empty" } else { "copy" });
         let _ = fs::remove_dir_all(&folder);
         fs::create_dir_all(&folder).expect("the folder for tests can be written to");
@@ -38,7 +41,7 @@ impl Session {
         let programs = home.join("programs");
         fs::create_dir_all(&programs).expect("the folder for tests can be written to");
         link(program(), &programs.join("dpc-codegen"));
-        Self { home: home.to_path_buf(), folder }
+        Self { home, folder, target: tests.join("users") }
     }
 
     /// Runs a line of shell.
@@ -52,7 +55,11 @@ impl Session {
         let script = format!("exec 2>&1\n{line}\nstatus=$?\npwd >'{}'\nexit $status", left_in.display());
         let mut shell = Command::new("sh");
         shell.arg("-c").arg(script).current_dir(&self.folder).env("PATH", self.path()).env("COLUMNS", "100");
-        shell.env("CARGO_TARGET_DIR", self.home.join("target")).env("CARGO_TERM_COLOR", "never");
+        shell.env("CARGO_TARGET_DIR", &self.target).env("CARGO_TERM_COLOR", "never");
+        shell.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
+        // The compiler unoptimised: it is built in a fifth of the time, and the designs here are small.
+        shell.env("CARGO_PROFILE_DEV_BUILD_OVERRIDE_OPT_LEVEL", "0");
+        self.lock();
         let output = shell.output().expect("there is a shell");
         if let Ok(folder) = fs::read_to_string(left_in) {
             self.folder = PathBuf::from(folder.trim_end());
@@ -60,13 +67,23 @@ impl Session {
         Outcome { printed: String::from_utf8_lossy(&output.stdout).into_owned(), succeeded: output.status.success() }
     }
 
-    /// Writes a file that a page shows.
+    /// A crate that has no versions yet gets those that are tested here, and are at hand.
+    fn lock(&self) {
+        let lock = self.folder.join("Cargo.lock");
+        if self.folder.join("Cargo.toml").is_file() && !lock.exists() {
+            fs::copy(repository().join("Cargo.lock"), lock).expect("the folder for tests can be written to");
+        }
+    }
+
+    /// Writes a file that a page shows. Crates of the repository are named by where they are and not by the link: cargo takes these for
+    /// others, and would build them again.
     ///
     /// # Panics
     /// The file system does not let it.
     pub fn write(&self, name: &str, text: &str) {
         let path = self.folder.join(name);
         let parent = path.parent().expect("a file is in a folder");
+        let text = text.replace("\"../dpc-codegen/", &format!("\"{}/", repository().display()));
         fs::create_dir_all(parent)
             .and_then(|()| fs::write(&path, text))
             .expect("the folder for tests can be written to");

@@ -1,4 +1,4 @@
-//! What `compiler/src/spec.rs` says: its structs, their fields, and the words above them.
+//! What `compiler/src/spec.rs` and `spec/scenario.rs` say: their structs, their fields, and the words above them.
 
 use syn::{Attribute, Expr, ExprLit, Fields, GenericArgument, Item, Lit, Meta, PathArguments, Type};
 
@@ -71,7 +71,7 @@ impl Doc {
     }
 }
 
-const NOTES: [&str; 6] = ["Key:", "One of:", "Default:", "Example:", "Required.", "Not a key:"];
+const NOTES: [&str; 8] = ["Key:", "One of:", "Default:", "Example:", "Required.", "Not a key:", "Only in:", "Or only:"];
 
 fn line(attribute: &Attribute) -> Option<String> {
     let Meta::NameValue(pair) = &attribute.meta else { return None };

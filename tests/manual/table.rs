@@ -5,7 +5,7 @@ use super::source::{Field, Struct};
 
 /// A table of the file.
 pub struct Table {
-    /// The struct it is read into.
+    /// The struct it is read into; with a hyphen and the key, where keys differ from one table of that struct to the other.
     pub name: String,
     /// The way to it: `subsystem`, `NAME`, `from`, `NEIGHBOUR`; empty for the file itself.
     pub path: Vec<String>,
@@ -42,7 +42,7 @@ pub fn tables(structs: &[Struct], root: &str) -> Vec<Table> {
 
 fn inner(structs: &[Struct], outer: &Table, key: &Key) -> Option<Table> {
     let (name, in_list) = match &key.kind {
-        Kind::Table(name) | Kind::Tables(name) => (name, false),
+        Kind::Table(name) | Kind::TableOr(name, _) | Kind::Tables(name) => (name, false),
         Kind::List(name) => (name, true),
         _ => return None,
     };
@@ -53,8 +53,12 @@ fn inner(structs: &[Struct], outer: &Table, key: &Key) -> Option<Table> {
 }
 
 fn table(structs: &[Struct], name: &str, path: Vec<String>, in_list: bool) -> Table {
-    let of = find(structs, name).unwrap_or_else(|| panic!("spec.rs has no struct {name}"));
-    let keys = of.fields.iter().filter(|field| !field.doc.has("Not a key:"));
+    let of = find(structs, name).unwrap_or_else(|| panic!("the reader has no struct {name}"));
+    let is_here = |field: &&Field| {
+        let only = field.doc.note("Only in:").map(|only| only.trim_matches('`'));
+        !field.doc.has("Not a key:") && only.is_none_or(|only| path.last().is_some_and(|last| last == only))
+    };
+    let keys = of.fields.iter().filter(is_here);
     let keys = keys.map(|field| key(structs, field)).collect();
     Table { name: name.to_owned(), path, in_list, about: of.doc.about.clone(), keys }
 }
@@ -66,7 +70,7 @@ fn key(structs: &[Struct], field: &Field) -> Key {
     let kind = match doc.note("One of:") {
         Some(values) => Kind::Choice(values.split(", ").map(|value| value.trim_matches('`').to_owned()).collect()),
         None if inner == Some("max") => Kind::Magnitudes,
-        None => kind(structs, &field.of_type),
+        None => kind(structs, &field.of_type, name),
     };
     let about = if doc.about.is_empty() { about(structs, &kind) } else { doc.about.clone() };
     let given = |word| doc.note(word).map(str::to_owned);
@@ -80,7 +84,7 @@ fn key(structs: &[Struct], field: &Field) -> Key {
     }
 }
 
-fn kind(structs: &[Struct], of_type: &str) -> Kind {
+fn kind(structs: &[Struct], of_type: &str, key: &str) -> Kind {
     if let Some(kind) = Kind::of(of_type) {
         return kind;
     }
@@ -88,16 +92,22 @@ fn kind(structs: &[Struct], of_type: &str) -> Kind {
     let several = bare.strip_prefix("Vec<").and_then(|inner| inner.strip_suffix('>'));
     let name = several.unwrap_or(bare);
     let of = find(structs, name).unwrap_or_else(|| panic!("the reference does not know the type {of_type}"));
+    if let (None, Some(word)) = (several, of.doc.note("Or only:")) {
+        return Kind::TableOr(name.to_owned(), word.trim_matches('`').to_owned());
+    }
     match (several, users_name(of)) {
         (None, _) => Kind::Table(name.to_owned()),
         (Some(_), Some(_)) => Kind::Tables(name.to_owned()),
+        (Some(_), None) if of.fields.iter().any(|field| field.doc.has("Only in:")) => {
+            Kind::List(format!("{name}-{key}"))
+        }
         (Some(_), None) => Kind::List(name.to_owned()),
     }
 }
 
 fn about(structs: &[Struct], kind: &Kind) -> String {
     match kind {
-        Kind::Table(name) | Kind::Tables(name) | Kind::List(name) => {
+        Kind::Table(name) | Kind::TableOr(name, _) | Kind::Tables(name) | Kind::List(name) => {
             find(structs, name).map_or_else(String::new, |of| of.doc.about.clone())
         }
         _ => String::new(),
@@ -115,7 +125,9 @@ fn users_name(of: &Struct) -> Option<String> {
     Some(note.split_whitespace().next()?.to_owned())
 }
 
+/// By the name of a struct or of a table.
 fn find<'a>(structs: &'a [Struct], name: &str) -> Option<&'a Struct> {
+    let name = name.split('-').next()?;
     structs.iter().find(|of| of.name == name)
 }
 

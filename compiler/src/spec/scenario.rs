@@ -8,50 +8,97 @@ use super::value::{all, finite, integer, interval, list, row, text, title};
 use super::{At, Row, first_line, syntax};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Source, code};
 
-/// The file of a scenario.
+/// The file of a scenario. Keys at the top of the file, above all tables.
 ///
-/// After this point: as after [`Spec`](super::Spec).
+/// After this point: as after [`Spec`](super::Spec), whose comment also says how the manual's page about this file is made of the
+/// comments here. A line `Only in:` names the one table that has a key, of several with the same struct; `Or only:` the key
+/// whose value may stand in place of the table.
 #[derive(Debug, Clone, Default)]
 pub struct Scenario {
+    /// Name of the scenario: of the folder that is written, and in tables and pictures.
+    ///
+    /// Default: the name of the file
+    /// Example: `name = "night"`
     pub name: Option<At<String>>,
-    /// Seconds.
+    /// How long it lasts, in s, rounded to sampling periods, of which there are at most a million.
+    ///
+    /// Default: 500 periods
+    /// Example: `duration = 86400.0`
     pub duration: Option<At<f64>>,
-    /// The same in sampling periods.
+    /// The same in sampling periods, instead of `duration`.
+    ///
+    /// Example: `steps = 600`
     pub steps: Option<At<i64>>,
+    /// What random numbers start from, not negative: the same seed gives the same numbers on every machine. `--seed` replaces it.
+    ///
+    /// Default: `0`
     pub seed: Option<At<i64>>,
-    /// The file of a network that is the true plant.
+    /// A file like the network's with other numbers: the true plant that the controllers run on. Subsystems, signals and sample
+    /// time are those of the network. It is looked for beside the scenario.
+    ///
+    /// Default: the network itself
+    /// Example: `plant = "warmer.toml"`
     pub plant: Option<At<String>>,
-    /// In the order of the file.
+    /// One table per subsystem that is not left at rest.
+    ///
+    /// Key: `subsystem`
     pub subsystems: Vec<Acting>,
+    /// Key: `upset`
     pub upsets: Vec<Upset>,
+    /// Messages that do not arrive.
     pub lost: Vec<Trouble>,
+    /// Messages that arrive too late.
     pub late: Vec<Trouble>,
+    /// Key: `rule`
     pub rules: Vec<Rule>,
-    /// Where to point when something is missing in the file as a whole.
+    /// Not a key: where to point when something is missing in the file as a whole.
     pub place: Place,
 }
 
-/// `[subsystem.NAME]`
+/// What acts on a subsystem, and what is asked of it. Left out: nothing acts on it, and its set-points are 0.
 #[derive(Debug, Clone)]
 pub struct Acting {
-    /// Its place is the NAME.
+    /// Not a key: the NAME in `[subsystem.NAME]`, with its place.
     pub name: At<String>,
     pub start: Option<Start>,
-    /// By output.
+    /// What outputs are to follow, by output. Set-points outside of Y are followed to the nearest point of Y.
+    ///
+    /// Key: `set-point`
+    /// Default: zero
+    /// Example: `set-point = { h1 = 1.0 }`
     pub set_points: Vec<(At<String>, Course)>,
-    /// By load.
+    /// What is measured and disturbs, by load. The guarantee holds while loads keep to `d` and `d-rate` of the network's file.
+    ///
+    /// Default: zero
     pub loads: Vec<(At<String>, Course)>,
+    /// What is added to the state at every step.
     pub disturbance: Option<Nuisance>,
+    /// Measured minus true state, at every step.
     pub measurement_error: Option<Nuisance>,
 }
 
-/// `start`: rest at `outputs`, the state off it by `deviation`; or `x0` and `d0`, for a start-up plan.
+/// Where a subsystem starts: with references at rest at `outputs` and the state off that by `deviation`; or from `x0` by a start-up
+/// plan, which is then made for the whole network. The two do not go together. Without this table: at rest at 0, or where the network's
+/// file has a start.
 #[derive(Debug, Clone)]
 pub struct Start {
+    /// Not a key: its place.
     pub place: Place,
+    /// The outputs that references rest at, inside Y.
+    ///
+    /// Default: zero
     pub outputs: Option<Row>,
+    /// What the state is off that, one number per state.
+    ///
+    /// Default: zero
     pub deviation: Option<Row>,
+    /// The state that a start-up plan leads from.
+    ///
+    /// Example: `x0 = [-1.0, -0.5]`
     pub x0: Option<Row>,
+    /// The loads at the start.
+    ///
+    /// Default: those of step 0, within `d`
     pub d0: Option<Row>,
 }
 
@@ -80,14 +127,27 @@ pub enum Change {
     By { value: At<f64>, lasting: At<f64> },
 }
 
-/// `disturbance` or `measurement-error`.
+/// Something unknown that acts, drawn from the set that the network's file bounds it by. `disturbance = "random"` is short for
+/// `disturbance = { kind = "random" }`.
+///
+/// Or only: `kind`
 #[derive(Debug, Clone)]
 pub struct Nuisance {
+    /// Not a key: its place.
     pub place: Place,
+    /// Nothing; uniform in the set, at every step anew; or a corner of it for some steps at a time, chosen to drive states apart
+    /// from their plans.
+    ///
+    /// One of: `"none"`, `"random"`, `"worst-case"`
+    /// Default: `"none"`
     pub kind: Kind,
-    /// Of the set that the design assumes; default 1.
+    /// How much of the set, not negative; beyond 1 the guarantee does not hold.
+    ///
+    /// Default: `1.0`
     pub share: Option<At<f64>>,
-    /// By state, besides.
+    /// What is added besides, by state; the guarantee holds as far as the sum stays in the set.
+    ///
+    /// Default: zero
     pub add: Vec<(At<String>, Course)>,
 }
 
@@ -100,41 +160,85 @@ pub enum Kind {
     WorstCase,
 }
 
-/// `[[upset]]`
+/// The state of a subsystem is moved before a step: `by` or `to`, one of them.
 #[derive(Debug, Clone)]
 pub struct Upset {
+    /// Not a key: its place.
     pub place: Place,
+    /// When, in s: before the first step from there on.
     pub at: At<f64>,
+    /// Whose state.
     pub subsystem: At<String>,
+    /// What is added, one number per state.
+    ///
+    /// Example: `by = [0.5, 0.0]`
     pub by: Option<Row>,
+    /// The state there is afterwards.
     pub to: Option<Row>,
 }
 
-/// `[[lost]]` or `[[late]]`: of the messages on a link, or on all.
+/// Trouble with messages, by the time they are sent: at the times `at`, or `during` an interval, or by chance with `probability`, in that
+/// interval where there is one. What is both lost and late is lost. The guarantee ends with a message that is not there in time,
+/// but where only coupling constraints join the subsystems.
 #[derive(Debug, Clone)]
 pub struct Trouble {
+    /// Not a key: its place.
     pub place: Place,
+    /// The sender.
+    ///
+    /// Default: anyone
     pub from: Option<At<String>>,
+    /// The receiver.
+    ///
+    /// Default: anyone
     pub to: Option<At<String>>,
-    /// Seconds.
-    pub at: Option<Row>,
+    /// When the messages are sent, in s.
+    ///
+    /// Example: `at = [10.0, 12.5]`
+    pub at: Option<Times>,
+    /// From and to, in s.
+    ///
+    /// Default: the whole scenario
+    /// Example: `during = [140.0, 200.0]`
     pub during: Option<At<(f64, f64)>>,
+    /// Of trouble with a message, 0 to 1.
+    ///
+    /// Default: `1.0` where there is `during`
     pub probability: Option<At<f64>>,
-    /// Periods; only where messages are late.
+    /// How many periods late, at least 1.
+    ///
+    /// Only in: `late`
+    /// Required.
     pub by: Option<At<i64>>,
 }
 
-/// `[[rule]]`
+/// A time, or several.
+pub type Times = Row;
+
+/// How the row of a changing constraint is drawn at every step. Each of them needs a rule.
 #[derive(Debug, Clone)]
 pub struct Rule {
+    /// Not a key: its place.
     pub place: Place,
-    /// `None`: of all changing constraints that have no rule of their own.
+    /// Its name in the network's file.
+    ///
+    /// Default: all changing constraints that have no rule of their own
     pub constraint: Option<At<String>>,
+    /// `"apart"`: the outputs of two subsystems stay `distance` apart, by a line across the line between them. `"tangent"`: the same by a
+    /// line turned until it touches what the other covers, so that two in the plane pass each other (Section V). `"beyond"`: `normal . y >=
+    /// bound` over the outputs of one.
+    ///
+    /// One of: `"apart"`, `"tangent"`, `"beyond"`
     pub kind: At<RuleKind>,
+    /// What true outputs stay apart, above 0, in their unit. Required with `"apart"` and `"tangent"`, and only there.
     pub distance: Option<At<f64>>,
-    /// How much of the room there is a tangent leaves to both, 0 to 1.
+    /// How much of the room there is a tangent leaves to both, 0 (the paper's rule) to 1. Only with `"tangent"`.
+    ///
+    /// Default: `0.2`
     pub share: Option<At<f64>>,
+    /// One number per output. Required with `"beyond"`, and only there.
     pub normal: Option<Row>,
+    /// Required with `"beyond"`, and only there.
     pub bound: Option<At<f64>>,
 }
 
@@ -364,7 +468,7 @@ fn trouble(value: &Value<'_>, errors: &mut Diagnostics, is_late: bool) -> Option
 }
 
 /// A time or a list of them.
-fn times(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Row> {
+fn times(value: &Value<'_>, errors: &mut Diagnostics) -> Option<Times> {
     match value.toml {
         DeValue::Array(_) => list(value, errors, "a time in s, or a list of them", finite),
         _ => finite(value, errors).map(|time| At::new(vec![time], value.place.clone())),
