@@ -259,9 +259,9 @@ fn codes_are_explained() {
     }
     let list = stdout(&folder.run(&["explain"]));
     assert!(list.lines().count() > 50 && list.contains("\nE0117  a weight that is not symmetric\n"), "{list}");
-    let unknown = folder.run(&["explain", "E0140"]);
+    let unknown = folder.run(&["explain", "E0144"]);
     assert_eq!(unknown.status.code(), Some(2));
-    assert!(stderr(&unknown).contains("did you mean E0132?"), "{}", stderr(&unknown));
+    assert!(stderr(&unknown).contains("did you mean E0143?"), "{}", stderr(&unknown));
     let told: serde_json::Value = serde_json::from_slice(&folder.run(&["explain", "--format", "json"]).stdout).unwrap();
     assert_eq!(told["pages"].as_array().map(Vec::len), Some(list.lines().count()));
 }

@@ -57,7 +57,7 @@ mod tests {
 
     #[test]
     fn texts_end_neither_strings_nor_comments() {
-        assert_eq!(in_quotes("a \"b\" \\ ??= \n"), r#""a \"b\" \\ ?\?= ""#);
+        assert_eq!(in_quotes("a \"b\" \\ ??= \n"), r#""a \"b\" \\ ?\?=  ""#);
         assert_eq!(comment("h [*/] /* ??/ \\"), "h [* /] / * ? ?/ /");
     }
 
