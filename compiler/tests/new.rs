@@ -89,6 +89,8 @@ fn made(name: &str, arguments: &[&str]) -> PathBuf {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     // The versions that are tested here, and are at hand.
     fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("../Cargo.lock"), root.join("demo/Cargo.lock")).unwrap();
+    // The style of a machine without settings, wherever the target folder lies.
+    fs::write(root.join("rustfmt.toml"), "").unwrap();
     root.join("demo")
 }
 
