@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::fs;
 
-use boon::{Compiler, Draft, Schemas};
 use dpc_codegen::design::Design;
 use dpc_codegen::diagnostic::{Diagnostic, Diagnostics, Source, code};
 use dpc_codegen::export::design_json;
 use dpc_codegen::spec::Spec;
+use dpc_tests::manual::editor::Editor;
 use dpc_tests::manual::kind::Kind;
 use dpc_tests::manual::pages::{network, pages};
 use dpc_tests::manual::repository;
@@ -135,19 +135,14 @@ fn defaults_are_what_holds_without_the_key() {
 
 #[test]
 fn the_schema_accepts_what_the_compiler_accepts_and_refuses_slips() {
-    let (schemas, schema) = schema();
-    let accepts = |text: &str| {
-        let value: toml::Table = toml::from_str(text).expect("the files of the repository are TOML");
-        schemas.validate(&json(toml::Value::Table(value)), schema).is_ok()
-    };
+    let editor = Editor::new("system");
     let mut good = cases("accept");
     good.extend(cases("emit"));
     good.extend(cases("plants"));
     let examples = ["examples/four_tank", "examples/mass_chain", "examples/power_network", "examples/robots"];
     good.extend(examples.map(|folder| read(format!("../{folder}/system.toml").as_ref())));
-    good.push(read("../docs/system.toml".as_ref()));
     for source in &good {
-        assert!(accepts(&source.text), "{}", source.path);
+        assert!(editor.accepts(&source.text), "{}", source.path);
     }
     let text = &read("../docs/system.toml".as_ref()).text;
     let slips = [
@@ -161,30 +156,7 @@ fn the_schema_accepts_what_the_compiler_accepts_and_refuses_slips() {
         ("cover = { h1 = [-0.5, 1.0] }", "cover = { h1 = 1.0 }"),
         ("max = 20.0", ""),
     ];
-    for (good, bad) in slips {
-        assert!(text.contains(good), "{good}");
-        assert!(!accepts(&text.replacen(good, bad, 1)), "{bad} for {good}");
-    }
-}
-
-fn schema() -> (Schemas, boon::SchemaIndex) {
-    let text = fs::read_to_string(repository().join("docs/system.schema.json")).expect("the schema is committed");
-    let (mut schemas, mut compiler) = (Schemas::new(), Compiler::new());
-    compiler.set_default_draft(Draft::V7);
-    let value = serde_json::from_str(&text).expect("the schema is JSON");
-    compiler.add_resource("system.schema.json", value).expect("the schema has an address");
-    let index = compiler.compile("system.schema.json", &mut schemas).unwrap_or_else(|error| panic!("{error:#}"));
-    (schemas, index)
-}
-
-/// With large numbers for infinite ones, which editors take for numbers too.
-fn json(value: toml::Value) -> serde_json::Value {
-    match value {
-        toml::Value::Float(number) => number.clamp(f64::MIN, f64::MAX).into(),
-        toml::Value::Array(values) => values.into_iter().map(json).collect(),
-        toml::Value::Table(values) => values.into_iter().map(|(key, value)| (key, json(value))).collect(),
-        other => serde_json::to_value(other).expect("the rest of TOML fits into JSON"),
-    }
+    editor.assert_slips(text, &slips);
 }
 
 /// A file with every table once.

@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 use std::fs;
 
-use boon::{Compiler, Draft, Schemas};
 use dpc_codegen::design::Design;
 use dpc_codegen::diagnostic::{Diagnostic, Source, code};
 use dpc_codegen::simulate::Scenario;
 use dpc_codegen::spec::scenario::Scenario as Written;
+use dpc_tests::manual::editor::Editor;
 use dpc_tests::manual::kind::Kind;
 use dpc_tests::manual::pages::scenario;
 use dpc_tests::manual::repository;
@@ -113,17 +113,12 @@ fn the_example_can_be_simulated() {
 
 #[test]
 fn the_schema_accepts_what_the_compiler_accepts_and_refuses_slips() {
-    let (schemas, schema) = schema();
-    let accepts = |text: &str| {
-        let value: toml::Table = toml::from_str(text).expect("the files of the repository are TOML");
-        schemas.validate(&serde_json::to_value(value).expect("scenarios have no dates"), schema).is_ok()
-    };
+    let editor = Editor::new("scenario");
     let scenarios = ["four_tank/scenarios/limits", "four_tank/scenarios/troubles", "power_network/scenarios/loads"];
     for name in scenarios.into_iter().chain(["robots/scenarios/crossing"]) {
-        assert!(accepts(&read(format!("../examples/{name}.toml").as_ref()).text), "{name}");
+        assert!(editor.accepts(&read(format!("../examples/{name}.toml").as_ref()).text), "{name}");
     }
     let text = &read("../docs/scenario.toml".as_ref()).text;
-    assert!(accepts(text));
     let slips = [
         ("duration = 300.0", "length = 300.0"),
         ("seed = 7", "seed = 0.5"),
@@ -135,20 +130,7 @@ fn the_schema_accepts_what_the_compiler_accepts_and_refuses_slips() {
         ("by = 2\n", ""),
         ("at = [120.0, 121.5]", "at = [120.0, 121.5]\nby = 2"),
     ];
-    for (good, bad) in slips {
-        assert!(text.contains(good), "{good}");
-        assert!(!accepts(&text.replacen(good, bad, 1)), "{bad} for {good}");
-    }
-}
-
-fn schema() -> (Schemas, boon::SchemaIndex) {
-    let text = fs::read_to_string(repository().join("docs/scenario.schema.json")).expect("the schema is committed");
-    let (mut schemas, mut compiler) = (Schemas::new(), Compiler::new());
-    compiler.set_default_draft(Draft::V7);
-    let value = serde_json::from_str(&text).expect("the schema is JSON");
-    compiler.add_resource("scenario.schema.json", value).expect("the schema has an address");
-    let index = compiler.compile("scenario.schema.json", &mut schemas).unwrap_or_else(|error| panic!("{error:#}"));
-    (schemas, index)
+    editor.assert_slips(text, &slips);
 }
 
 /// What else a table needs to say before all of its keys are asked for.

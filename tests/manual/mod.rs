@@ -3,6 +3,7 @@
 
 pub mod command;
 pub mod console;
+pub mod editor;
 pub mod kind;
 pub mod markdown;
 pub mod page;
